@@ -91,7 +91,7 @@ def main(arguments: Arguments) -> None:
             _run(comparison)
         finally:  # after Ctrl-C, too: the verdict so far is as valid as any other
             if comparison.count:
-                _deliver(comparison, head, arguments)
+                _write(comparison, head, arguments)
 
 
 def _run(comparison: Comparison) -> None:
@@ -104,7 +104,7 @@ def _run(comparison: Comparison) -> None:
                 bar.update(task, advance=units, interval=comparison.text(pair, next(iter(comparison.measures))))
 
 
-def _deliver(comparison: Comparison, head: dict[str, Any], arguments: Arguments) -> None:
+def _write(comparison: Comparison, head: dict[str, Any], arguments: Arguments) -> None:
     """Print the differences and the verdicts, and write the files asked for."""
     pairs, labels = comparison.pairs, {name: measure.label for name, measure in comparison.measures.items()}
     rows = [(" minus ".join(pair.names), *(comparison.text(pair, name) for name in labels)) for pair in pairs]

@@ -78,32 +78,33 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
-    from .ground.levels import assumed_values, show_assumed
-    from .judging.evaluation import judge
-    from .judging.trials import check_options, controller_with, open_trial
-    from .learning.trained import resolve_task
+    from .ground import levels
+    from .judging import trials
+    from .judging.evaluation import Learning, judge
+    from .judging.trials import open_trial
+    from .learning import trained
     from .pictures.stage import film
 
     at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
     check_writable(arguments.json, arguments.save, arguments.picture, arguments.video, arguments.log)
     check_ending("video", arguments.video, VIDEOS)
     check_drawing(picture=arguments.picture, film=arguments.video)
-    env_id, level, mode = resolve_task(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
+    env_id, level, mode = trained.resolve(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
     cells = env_id, level, arguments.num_envs, arguments.threads, mode
     with closing(open_trial(*cells, arguments.throws, arguments.trial)) as trial:
-        check_options(trial, vars(arguments), env_id)
+        trials.check(trial, vars(arguments), env_id)
         trial.correct_throws(arguments.release)
         settings = read_settings(arguments.settings)
-        controller = controller_with(trial, arguments.controller, settings, trust=arguments.trust)
+        controller = trials.controller(trial, arguments.controller, settings, trust=arguments.trust)
         controller.reset(arguments.seed)
         count = getattr(arguments, trial.option, None) or trial.count()
-        chosen = {name: getattr(arguments, name) for name in ("practice", "online", "load", "save", "log")}
-        record, practice, conditions = judge(trial, controller, count, arguments.seed, **chosen)
+        learning = Learning(arguments.practice, arguments.online, arguments.load, arguments.save)
+        record, practice, conditions = judge(trial, controller, count, arguments.seed, learning, arguments.log)
         config = trial.core.config
     report = {"level": config.name, "seed": arguments.seed, "practice": practice, **record.report()}
-    report |= assumed_values(config)
+    report |= levels.values(config)
     console().print(record.table(f"{controller.name} on {env_id}, {conditions}", report))
-    show_assumed(config)
+    levels.show(config)
     if note := getattr(controller, "note", ""):
         console().print(note)
     if arguments.picture is not None and (drawing := record.picture()) is not None:

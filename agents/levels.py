@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from .ground import levels
 from .ground.cli import UsageError, option, run
-from .ground.levels import find_level, full_text, purpose, shipped_levels, starter_text
+from .ground.levels import purpose, shipped_levels, starter_text
 from .ground.outputs import check_ending, deliver_text
 from .ground.shipped import POLICIES, PREFIX
 from .ground.tables import Grid, console
@@ -31,32 +32,24 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Print the list of levels or the settings of one level, or write a new level."""
     if arguments.new is not None:
-        write_starter(arguments.new, arguments.like or "PnT/waste")
+        file, like = arguments.new, arguments.like or "PnT/waste"
+        check_ending("new", file, (".yaml", ".yml"))
+        family, kind, name = levels.find(like)
+        if name not in kind.level_names():
+            raise UsageError(f"--like is {like!r}; it must be a shipped level, such as PnT/waste or PnTLine/skills3")
+        if file.exists():
+            raise UsageError(f"{str(file)!r} exists already; give --new another name")
+        deliver_text(file, starter_text(kind.load(name), file.stem, f"{family}/{name}"))
+        console().print(f"{file} is the level {family}/{name}; change it, and give it as --level {file}")
     elif arguments.like is not None:
         raise UsageError("--like goes with --new FILE.yaml, the file of the new level")
     elif arguments.show is not None:
-        print(full_text(arguments.show), end="")
+        print(levels.text(arguments.show), end="")
     else:
         rows = [(f"{family}/{name}", purpose(kind, name)) for family, kind, name in shipped_levels()]
         console().print(Grid("levels that ship", ("environments / level", "what it is"), rows).terminal())
         policies = ", ".join(f"{PREFIX}{name} ({policy.env})" for name, policy in POLICIES.items())
         console().print(f"policies that ship, see `pnt-gym controllers`: {policies}")
-
-
-def write_starter(file: Path, like: str) -> None:
-    """Write a commented level to start from.
-
-    Raises:
-        UsageError: the file exists, or there is no such shipped level.
-    """
-    check_ending("new", file, (".yaml", ".yml"))
-    family, kind, name = find_level(like)
-    if name not in kind.level_names():
-        raise UsageError(f"--like is {like!r}; it must be a shipped level, such as PnT/waste or PnTLine/skills3")
-    if file.exists():
-        raise UsageError(f"{str(file)!r} exists already; give --new another name")
-    deliver_text(file, starter_text(kind.load(name), file.stem, f"{family}/{name}"))
-    console().print(f"{file} is the level {family}/{name}; change it, and give it as --level {file}")
 
 
 if __name__ == "__main__":

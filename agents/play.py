@@ -14,9 +14,9 @@ import tyro
 from .ground.cli import UsageError, at_least, check_effects, check_libraries, option, run
 from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable
 from .ground.tables import console
+from .pictures import studio
 from .pictures.door import LOOPBACK
 from .pictures.stage import Stage
-from .pictures.studio import show_live
 
 VIEWER = (
     "Show the throws live, with their figures, until the viewer is closed. Level and controller can be changed in the "
@@ -84,7 +84,7 @@ def main(arguments: Arguments) -> None:
         check_libraries("PIL")
     if arguments.viewer is not None:
         address = (arguments.address or LOOPBACK) if arguments.viewer == "web" else None
-        show_live(address, arguments.controller, arguments.env, arguments.level, partial(open_stage, arguments))
+        studio.show(address, arguments.controller, arguments.env, arguments.level, partial(open_stage, arguments))
         return
     with closing(open_stage(arguments, arguments.controller, arguments.level)) as stage:
         if arguments.video is not None:

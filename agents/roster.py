@@ -7,13 +7,13 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import Annotated, Final
 
-from .controllers import GRASPING_NAMES, NAMES, Learner, make_controller
-from .controllers.named import describe_controller
+from .controllers import GRASPING_NAMES, NAMES, Learner, make_controller, named
 from .dispatchers.registry import CHOICES
 from .dispatchers.registry import NAMES as LINE_NAMES
+from .ground import shipped
 from .ground.cli import option, run
 from .ground.environments import make_vector
-from .ground.shipped import POLICIES, PREFIX, policy_place
+from .ground.shipped import POLICIES, PREFIX
 from .ground.tables import Grid, console
 
 EVERYWHERE: Final = "PnTAdapt-v0"
@@ -33,33 +33,28 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Print the lists, or the place of one shipped policy."""
     if arguments.where is not None:
-        print(policy_place(f"{PREFIX}{arguments.where.removeprefix(PREFIX)}"))
+        print(shipped.place(f"{PREFIX}{arguments.where.removeprefix(PREFIX)}"))
         return
     rows = [(name, CHOICES[name]) for name in LINE_NAMES]
+    policies = [(f"{PREFIX}{name}", policy.env, policy.purpose) for name, policy in POLICIES.items()]
     for grid in (
-        acting_grid("controllers of throws", EVERYWHERE, [name for name in NAMES if name not in GRASPING_NAMES]),
-        acting_grid("controllers that grasp and throw", GRASPING, GRASPING_NAMES),
+        _grid("controllers of throws", EVERYWHERE, [name for name in NAMES if name not in GRASPING_NAMES]),
+        _grid("controllers that grasp and throw", GRASPING, GRASPING_NAMES),
         Grid("controllers of a line", ("controller", "its choice"), rows),
-        shipped_grid(),
+        Grid("policies that ship", ("controller", "trained in", "what it does"), policies),
     ):
         console().print(grid.terminal())
 
 
-def acting_grid(title: str, env_id: str, names: Sequence[str]) -> Grid:
+def _grid(title: str, env_id: str, names: Sequence[str]) -> Grid:
     """Controllers that act in an environment."""
     with closing(make_vector(env_id, num_envs=1, threads=1)) as env:
         controllers = {name: make_controller(name, env) for name in names}
     rows = [
-        (name, "yes" if isinstance(controller, Learner) else "no", describe_controller(name, controller))
+        (name, "yes" if isinstance(controller, Learner) else "no", named.describe(name, controller))
         for name, controller in controllers.items()
     ]
     return Grid(title, ("controller", "learns", "what it does"), rows)
-
-
-def shipped_grid() -> Grid:
-    """The policies that ship."""
-    rows = [(f"{PREFIX}{name}", policy.env, policy.purpose) for name, policy in POLICIES.items()]
-    return Grid("policies that ship", ("controller", "trained in", "what it does"), rows)
 
 
 if __name__ == "__main__":

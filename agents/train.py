@@ -10,7 +10,8 @@ from typing import Annotated, Literal
 from .ground.cli import Exit, at_least, option, run
 from .judging.trials import open_trial
 from .learning.hyperparameters import MASKED, RESIDUAL, Algorithm
-from .training.session import Session, resolve_request, run_session, say_how_to_resume, show_table
+from .training import session
+from .training.session import Session, say_how_to_resume
 
 
 @dataclass(frozen=True)
@@ -59,20 +60,20 @@ def main(arguments: Arguments) -> None:
     """Train the policy, and print its comparison with other controllers."""
     least = {"steps": 1, "num_envs": 1, "checkpoint_every": 1, "threads": 1, "stack": 1}
     at_least(vars(arguments), **least, seed=0, eval_picks=0, full_last=0)
-    run_args, settings = resolve_request(vars(arguments))
+    run_args, settings = session.resolve(vars(arguments))
     resume, threads = arguments.resume, arguments.threads
     level = run_args["level"] if resume is None else str(resume / "env.yaml")
     with closing(open_trial(run_args["env"], level, run_args["num_envs"], threads, run_args["action_mode"])) as trial:
         trial.check_training(run_args)
         settings = trial.hyperparameters(run_args, settings) if resume is None else settings
-        with closing(Session(trial, run_args, settings, threads)) as session:
-            ended = run_session(session, arguments.out, resume, arguments.steps)
+        with closing(Session(trial, run_args, settings, threads)) as training:
+            ended = session.run(training, arguments.out, resume, arguments.steps)
             folder, steps, signal = ended
             if signal is not None:
                 say_how_to_resume(folder.path, run_args["env"], steps, trial.step)
                 raise Exit(128 + signal)
-            if session.run_args["eval_picks"] != 0:
-                show_table(trial, folder, steps, session.run_args)
+            if training.run_args["eval_picks"] != 0:
+                session.show(trial, folder, steps, training.run_args)
 
 
 if __name__ == "__main__":

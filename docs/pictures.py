@@ -29,7 +29,7 @@ from agents.ground.drawings import svg  # noqa: E402
 from agents.ground.files import replace_file, write_text  # noqa: E402
 from agents.judging.trials import open_trial  # noqa: E402
 from agents.line import plan  # noqa: E402
-from agents.pictures.places import places_figure  # noqa: E402
+from agents.pictures import places  # noqa: E402
 from agents.pictures.stage import Stage  # noqa: E402
 from pnt_gym.cells.base.canvas import Picture  # noqa: E402
 
@@ -84,7 +84,7 @@ def main() -> None:
     """Film all environments, or those that are named, and draw places to grasp."""
     for env_id in sys.argv[1:] or (*FILMS, LINE[0], PLACES):
         if env_id == PLACES:
-            write_text(FOLDER / f"{PLACES}.svg", svg(places_figure()))
+            write_text(FOLDER / f"{PLACES}.svg", svg(places.figure()))
             continue
         path = FOLDER / f"{env_id}.webp"
         if env_id == LINE[0]:

@@ -54,7 +54,7 @@ def compare(a: Any, b: Any, env: Any, budget: int | None = None, seed: int = 0, 
     Raises:
         PntGymError: a policy, the environment or a figure is unknown, or a number has no meaning.
     """
-    return command_module("judging.comparison").compare(a, b, env, budget, seed, **options)
+    return command_module("judging.comparison").compare(a, b, env, seed, budget=budget, **options)
 
 
 def fit(log: str | Path, level: str | Path = "waste", **options: Any) -> dict[str, Any]:
@@ -106,4 +106,4 @@ def shipped_policy(name: str) -> Path:
         PntGymError: no shipped policy has this name.
     """
     shipped = command_module("ground.shipped")
-    return cast("Path", shipped.policy_place(f"{shipped.PREFIX}{str(name).removeprefix(shipped.PREFIX)}"))
+    return cast("Path", shipped.place(f"{shipped.PREFIX}{str(name).removeprefix(shipped.PREFIX)}"))

@@ -13,7 +13,7 @@ import pytest
 
 import pnt_gym
 from agents.ground.cli import UsageError
-from agents.report.speeds import speed_grid
+from agents.report import speeds
 from benchmarks import perf, timing
 from benchmarks.perf_cases import codes, planning, shares
 from benchmarks.perf_cases.cells import FLIGHT
@@ -128,7 +128,7 @@ def test_steps_stand_beside_each_other_with_everything_else_at_the_end() -> None
         {"env": "A", "level": "waste", "cells": 1, "parts": {"engine": 0.5, "everything else": 0.5}},
         {"env": "B", "level": "single", "cells": 64, "parts": {"choice": 0.25, "everything else": 0.75}},
     ]
-    grid = speed_grid("shares", {"steps": steps})
+    grid = speeds.grid("shares", {"steps": steps})
     assert grid.header == ["part of a step", "`A`, waste, single", "`B`, single, 64 cells"]
     assert grid.rows == [["engine", "50.0 %", "-"], ["choice", "-", "25.0 %"], ["everything else", "50.0 %", "75.0 %"]]
 
@@ -139,7 +139,7 @@ def test_goals_say_by_how_much_a_speed_falls_short() -> None:
     conveyor = [{**throws, "threads": n, "env_over_bare": share} for n, share in ((1, 0.92), (2, 0.66))]
     line = [{"level": "single", "threads": n, "env_throws_per_s": 50_000.0 * n} for n in (1, 2)]
     envs = {"PnTConveyor-v0": {"vector": [*conveyor, flights]}, "PnTLine-v0": {"vector": line}}
-    assert [row[1:] for row in speed_grid("speed-goals", {"envs": envs}).rows] == [
+    assert [row[1:] for row in speeds.grid("speed-goals", {"envs": envs}).rows] == [
         ["0.60", "0.50", "17 %"],
         ["0.92", "0.92", "-"],
         ["0.88", "0.66", "25 %"],
@@ -152,16 +152,16 @@ def test_a_training_stands_beside_that_of_older_code() -> None:
         "before": {"seconds": 40.0, "landing_error_m": 0.04},
         "now": {"seconds": 20.0, "landing_error_m": 0.05},
     }
-    grid = speed_grid("training-before", {"training": {"throws": 2000, "seeds": [turns]}})
+    grid = speeds.grid("training-before", {"training": {"throws": 2000, "seeds": [turns]}})
     assert grid.rows == [["0", "40.0 s", "20.0 s", "40.00 mm", "50.00 mm"]]
-    grid = speed_grid("training-shares", {"throws": 2000, "parts": {"throws": 0.5, "everything else": 0.5}})
+    grid = speeds.grid("training-shares", {"throws": 2000, "parts": {"throws": 0.5, "everything else": 0.5}})
     assert grid.rows == [["throws", "50.0 %"], ["everything else", "50.0 %"]]
 
 
 def test_steps_stand_beside_those_of_older_code() -> None:
     row = {"env": "A", "level": "single", "cells": 64, "threads": 1, "before": 10_600.0, "now": 60_000.0, "ratio": 5.66}
     rows = [{**row, "asked": 4.0}, {**row, "asked": None}]
-    grid = speed_grid("steps-before", {"steps": {"turns": 10, "rows": rows}})
+    grid = speeds.grid("steps-before", {"steps": {"turns": 10, "rows": rows}})
     assert grid.rows[0] == ["`A`", "single", "64", "1", "10,600", "60,000", "5.66", "4.00"]
     assert grid.rows[1][-1] == "-"
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from agents.benchmark.study import measurement
-from agents.results.study import STUDIES, StudyPlan, merge, read_study
+from agents.results import study
+from agents.results.study import STUDIES, StudyPlan, merge
 
 SCRIPTS = sorted((Path(__file__).resolve().parents[1] / "benchmarks").rglob("*.py"))
 ROOT = Path(__file__).resolve().parents[1]
@@ -21,7 +22,7 @@ def test_a_script_loads_and_says_what_it_is_for(path):
 
 @pytest.mark.parametrize("path", sorted(STUDIES.glob("*.yaml")), ids=lambda path: path.stem)
 def test_plans_that_ship_have_cases_that_differ_and_measurements_that_are_there(path):
-    plan = read_study(path)
+    plan = study.read(path)
     assert plan.name == path.stem
     cases = plan.cases()
     assert len({json.dumps(case.labels) for case in cases}) == len(cases)
@@ -33,11 +34,11 @@ def test_plans_that_ship_have_cases_that_differ_and_measurements_that_are_there(
 def test_committed_rows_are_those_of_the_plan(path):
     file = RESULTS / path.name.replace(".yaml", ".json")
     if not file.exists():
-        blocks = [table.block for table in read_study(path).tables if table.block]
+        blocks = [table.block for table in study.read(path).tables if table.block]
         pages = [page.read_text(encoding="utf-8") for folder in (RESULTS, DOCS) for page in folder.rglob("*.md")]
         assert not [block for block in blocks for page in pages if f"<!-- table:{block} -->" in page]
         return
-    plan, rows = read_study(path), json.loads(file.read_text(encoding="utf-8"))["rows"]
+    plan, rows = study.read(path), json.loads(file.read_text(encoding="utf-8"))["rows"]
     assert all(case.rows_of(rows) for case in plan.cases())
     assert all(any(case.rows_of([row]) for case in plan.cases()) for row in rows)
 

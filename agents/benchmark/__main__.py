@@ -13,8 +13,9 @@ from ..ground.cluster import Needs, pool
 from ..ground.places import MADE, SHIPPED
 from ..ground.tables import console
 from ..ground.work import keep_missing
+from ..results import study
 from ..results.plan import read_plan
-from ..results.study import StudyPlan, is_study_plan, read_study
+from ..results.study import StudyPlan
 from .comparison import Comparison
 from .study import Study
 
@@ -48,7 +49,7 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Compute the missing pieces, write the results, print them."""
     at_least(vars(arguments), jobs=1)
-    plan = read_study(arguments.config) if is_study_plan(arguments.config) else read_plan(arguments.config)
+    plan = study.read(arguments.config) if study.is_plan(arguments.config) else read_plan(arguments.config)
     out = arguments.out or MADE / "results" / f"{plan.name}.json"
     work = arguments.work or MADE / "runs" / "benchmark" / plan.name
     only = arguments.only

@@ -10,9 +10,9 @@ from ..ground.cli import UsageError, about, check_known
 from ..ground.cluster import Needs
 from ..ground.tables import console
 from ..ground.versions import versions
-from ..results.compare import assemble, check_figures
-from ..results.content import POLICY, check_place, other_versions, read_form, write_result
-from ..results.entries import labels_of
+from ..results import compare, content, entries
+from ..results.compare import assemble
+from ..results.content import POLICY, other_versions, read_form
 from ..results.plan import Piece, Plan, needs, pieces, trial_of_plan
 from .run import Part, jobs
 
@@ -38,11 +38,11 @@ class Comparison:
     def __init__(
         self, plan: Plan, out: Path, labels: Collection[str] = (), about: Mapping[str, str] | None = None
     ) -> None:
-        check_place(out)
+        content.check(out)
         self._plan, self._out, self._about = plan, out, about or {}
-        self.jobs = jobs(choose_pieces(pieces(plan), labels))
+        self.jobs = jobs(_choose(pieces(plan), labels))
         self.unit = f"{trial_of_plan(plan).step}s"
-        self._kept = keep_rows(out, plan, labels) if labels else Part((), {}, 0.0)
+        self._kept = _keep_rows(out, plan, labels) if labels else Part((), {}, 0.0)
 
     def needs(self) -> Needs:
         """Requirements of the jobs on another machine."""
@@ -56,7 +56,7 @@ class Comparison:
         comparison = assemble(self._plan, results)
         head = {**self._about, "plan": self._plan.model_dump(mode="json"), "versions": versions()}
         head |= {"seconds": sum(part.seconds for part in parts), **comparison}
-        write_result(self._out, head, results, policies)
+        content.write(self._out, head, results, policies)
         show(self._plan, comparison["table"])
 
 
@@ -66,11 +66,11 @@ def show(plan: Plan, table: Sequence[Mapping[str, Any]]) -> None:
     trial = trial_of_plan(plan)
     for level in plan.levels:
         rows = [(row["label"], row["throws"], row) for row in table if row["level"] == level]
-        title = f"level {level}, {plan.count_of(trial, level)} {trial.unit} per seed"
+        title = f"level {level}, {plan.count(trial, level)} {trial.unit} per seed"
         console().print(trial.record.comparison(title, rows, base))
 
 
-def choose_pieces(planned: Sequence[Piece], labels: Collection[str]) -> list[Piece]:
+def _choose(planned: Sequence[Piece], labels: Collection[str]) -> list[Piece]:
     """Pieces of the entries of these labels; all pieces when no label is given.
 
     Raises:
@@ -82,7 +82,7 @@ def choose_pieces(planned: Sequence[Piece], labels: Collection[str]) -> list[Pie
     return [piece for piece in planned if not labels or piece.entry.label in labels]
 
 
-def keep_rows(file: Path, plan: Plan, labels: Collection[str]) -> Part:
+def _keep_rows(file: Path, plan: Plan, labels: Collection[str]) -> Part:
     """Rows of a benchmark's file but those of the entries of these labels.
 
     Raises:
@@ -97,8 +97,8 @@ def keep_rows(file: Path, plan: Plan, labels: Collection[str]) -> Part:
         raise UsageError(f"{str(file)!r} is of {name} {made_by}, here is {version}; drop --only")
     _check_plan(file, plan, content.plan, labels)
     # The file's environment is that of the plan by now, whose modules the user trusts.
-    data = check_figures(content, trust=True).data
-    kept_labels = {label for entry in plan.entries if entry.label not in labels for label in labels_of(entry)}
+    data = compare.check(content, trust=True).data
+    kept_labels = {label for entry in plan.entries if entry.label not in labels for label in entries.labels(entry)}
     kept = [row for row in data["results"] if row["label"] in kept_labels]
     policies = {row[POLICY]: content.policy(row) for row in kept if POLICY in row}
     return Part(kept, {name: policy for name, policy in policies.items() if policy is not None}, data["seconds"])

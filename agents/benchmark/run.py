@@ -27,8 +27,8 @@ from ..ground.work import Job
 from ..judging.trial import Trial
 from ..judging.trials import open_trial
 from ..learning.runs import POLICY, RunFolder
-from ..results import content
-from ..results.entries import TRAINED, labels_of, settings_of
+from ..results import content, entries
+from ..results.entries import TRAINED, settings_of
 from ..results.plan import Piece, entry_controller
 
 ControllerFactory: TypeAlias = Callable[[str, Trial], Controller]
@@ -68,7 +68,7 @@ class Part(NamedTuple):
     policies: Mapping[str, bytes]
     seconds: float
 
-    def packed(self) -> bytes:
+    def pack(self) -> bytes:
         """Content of a file that keeps the part until a result is written."""
         rows, decimals, tables = content.without_columns(self.results)
         head = {"seconds": self.seconds, "decimals": decimals, "results": rows}
@@ -83,7 +83,7 @@ class Part(NamedTuple):
         Raises:
             UsageError: the file is missing or damaged.
         """
-        arrays = content.read_arrays(file, rf"head|\d+|{content.POLICY} .*")
+        arrays = content.arrays(file, rf"head|\d+|{content.POLICY} .*")
         with check_form(file):
             head = json.loads(arrays.pop("head").tobytes())
             names = [name for name in arrays if not name.isdecimal()]
@@ -97,7 +97,7 @@ def jobs(planned: Iterable[Piece]) -> list[Job]:
 
 
 def _packed(piece: Piece, folder: Path) -> bytes:
-    return run_piece(piece, folder).packed()
+    return run_piece(piece, folder).pack()
 
 
 def run_piece(piece: Piece, folder: Path, stored: bytes | None = None) -> Part:
@@ -115,17 +115,17 @@ def run_piece(piece: Piece, folder: Path, stored: bytes | None = None) -> Part:
         file = piece.policy_file(lesson.throws)
         policy = None if stored is not None else _policy(piece, lesson)
         policies |= {} if policy is None else {file: policy}
-        results += _throw(piece, lesson, {} if policy is None else {content.POLICY: file})
+        results += _run(piece, lesson, {} if policy is None else {content.POLICY: file})
     return Part(results, policies, round(time.perf_counter() - began, 1))
 
 
-def _throw(piece: Piece, lesson: Lesson, details: Mapping[str, str]) -> Iterator[dict[str, Any]]:
+def _run(piece: Piece, lesson: Lesson, details: Mapping[str, str]) -> Iterator[dict[str, Any]]:
     """Rows of the controllers of an entry after a lesson, one for each of them and each level."""
     plan, entry = piece.plan, piece.entry
-    names = zip(labels_of(entry), (entry.controller, *entry.also), strict=True)
+    names = zip(entries.labels(entry), (entry.controller, *entry.also), strict=True)
     for level, (label, name) in product(piece.levels, list(names)):
         with closing(_trial(piece, level)) as trial:
-            count = plan.count_of(type(trial), level, entry)
+            count = plan.count(type(trial), level, entry)
             record = trial.run(lesson.make_controller(name, trial), count, plan.seed, online=entry.online)
         head = {"label": label, "controller": name, "throws": lesson.throws, "seed": piece.seed}
         head |= {"level": level, "train_level": piece.train_level, "learn_seconds": lesson.seconds}
@@ -193,7 +193,7 @@ def _recall_training(piece: Piece, folder: Path) -> ControllerFactory:
     """The controllers of a training whose policy lies in a folder."""
     run = RunFolder(folder)
     with closing(_trial(piece, piece.train_level)) as trial:
-        run.write_arguments({**_training_arguments(piece, trial), "action_mode": trial.core.action_mode})
+        run.write({**_arguments(piece, trial), "action_mode": trial.core.action_mode})
         make_controller = partial(_checkpoint_policy, run, None, run.arguments)
         make_controller(piece.entry.controller, trial)  # a damaged policy is named before the first throw
     return make_controller
@@ -216,20 +216,20 @@ def _train(piece: Piece, folder: Path) -> Iterator[Lesson]:
     run = RunFolder(folder / f"{piece.name}-{piece.key}-run")
     settings = settings_of(piece.entry, piece.plan.env)
     with closing(_trial(piece, piece.train_level, settings.get("n_envs"))) as trial:
-        run_args = _training_arguments(piece, trial)
+        run_args = _arguments(piece, trial)
         with closing(Session(trial, run_args, trial.hyperparameters(run_args, settings), threads=1)) as session:
             model = run.restore(session.env) if run.checkpoints else session.create(run.path)[1]
             for throws in piece.throws:
                 began = time.perf_counter()
                 if model.num_timesteps < throws:
-                    session.learn(model, run, Stop(), checkpoint_every=throws, until=throws, quiet=True)
+                    session.learn(model, run, Stop(until=throws), checkpoint_every=throws, quiet=True)
                 seconds = round(time.perf_counter() - began, 1)
                 place = next(p for p in run.checkpoints if int(p.name) >= throws)
                 make_controller = partial(_checkpoint_policy, run, place, session.run_args)
                 yield Lesson(throws, seconds, make_controller, partial(copyfile, run.policy_file(place)))
 
 
-def _training_arguments(piece: Piece, trial: Trial) -> dict[str, Any]:
+def _arguments(piece: Piece, trial: Trial) -> dict[str, Any]:
     """Arguments of a piece's training in the cells of a trial."""
     return {
         "env": piece.plan.env,
@@ -253,11 +253,11 @@ def _checkpoint_policy(
 def _transfer(controller: Controller, piece: Piece, name: str, trial: Trial) -> Controller:
     """Controller of an evaluation level with a trained controller's state; one per cell if all go on learning."""
     count = trial.env.num_envs if piece.entry.online else 1
-    receivers = [_copy_knowledge(controller, piece, name, trial) for _ in range(count)]
+    receivers = [_copy(controller, piece, name, trial) for _ in range(count)]
     return SeparateControllers(receivers) if piece.entry.online else receivers[0]
 
 
-def _copy_knowledge(controller: Controller, piece: Piece, name: str, trial: Trial) -> Controller:
+def _copy(controller: Controller, piece: Piece, name: str, trial: Trial) -> Controller:
     receiver = entry_controller(trial, piece.entry, name)
     receiver.reset(piece.seed)
     if isinstance(receiver, Learner) and isinstance(controller, Learner) and max(piece.throws) > 0:

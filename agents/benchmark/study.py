@@ -20,7 +20,8 @@ from ..ground.places import SHIPPED
 from ..ground.tables import console
 from ..ground.versions import code_digest
 from ..ground.work import Job, key
-from ..results.study import Amount, Case, Figures, Settings, StudyPlan, check_study
+from ..results import study
+from ..results.study import Amount, Case, Figures, Settings, StudyPlan
 
 MEASURES: Final = "benchmarks.studies"
 """Package of the measuring functions; an installed package is without it."""
@@ -58,7 +59,10 @@ class Study:
         for measure in {case.measure for case in cases}:
             measurement(measure)
         code = code_digest(CODE)
-        self.jobs = [_job(case, code) for case in (_with_data(cases, data) if plan.needs_data else cases)]
+        self.jobs: list[Job] = []
+        for case in _with_data(cases, data) if plan.needs_data else cases:
+            name = re.sub(r"[^\w.]+", "-", "-".join(str(label) for label in case.labels.values()))[:MOST_NAMED]
+            self.jobs.append(Job(name, key(case=case, code=code), partial(_measure, case)))
         self._kept = self._keep_rows(out, parts) if out.is_file() else []
 
     def needs(self) -> Needs:
@@ -80,7 +84,7 @@ class Study:
             UsageError: the file is of something else, or has no row of a case that is not measured.
         """
         data = read_json(out)
-        check_study(out, data)
+        study.check(out, data)
         is_same = {**self._head, "rows": data["rows"]} == data
         if parts and not is_same:
             raise UsageError(f"{str(out)!r} is of another study, version, seed or number of throws; drop --only")
@@ -112,14 +116,7 @@ def _with_data(cases: Sequence[Case], folder: Path | None) -> list[Case]:
     return [case._replace(settings={**case.settings, **data}) for case in cases]
 
 
-def _job(case: Case, code: str) -> Job:
-    """A case as a job."""
-    digest = key(case=case, code=code)
-    name = re.sub(r"[^\w.]+", "-", "-".join(str(label) for label in case.labels.values()))[:MOST_NAMED]
-    return Job(name, digest, partial(measure_case, case))
-
-
-def measure_case(case: Case, _folder: Path) -> dict[str, list[Figures]]:
+def _measure(case: Case, _folder: Path) -> dict[str, list[Figures]]:
     """The rows of a case: one, or those of several controllers that were measured together.
 
     Raises:

@@ -21,8 +21,7 @@ from ..ground.shipped import is_shipped, module_of
 from ..ground.tables import console
 from ..ground.work import keep_missing
 from ..learning.runs import POLICY
-from ..results import compare
-from ..results.content import check_place
+from ..results import compare, content
 from ..results.plan import Plan, read_plan
 from .comparison import Comparison
 
@@ -66,18 +65,21 @@ def main(arguments: Arguments) -> None:
     name = arguments.name or submission_name(arguments.controller)
     folder = arguments.out or MADE / "results" / "submissions"
     file = folder / f"{name}.json"
-    check_place(file)
+    content.check(file)
     folder.mkdir(parents=True, exist_ok=True)
     controller = take_along(arguments.controller, name, folder)
-    plan = submission_plan(name, controller, arguments.throws, arguments.seeds)
-    about = {"by": arguments.by, "about": arguments.about, "command": _command(arguments)}
+    plan = _plan(name, controller, arguments.throws, arguments.seeds)
+    # The command line that gives the same throws.
+    words = ["pnt-gym", "submit", arguments.controller, "--by", arguments.by]
+    words += ["--throws", str(arguments.throws), "--seeds", str(arguments.seeds)] if arguments.throws else []
+    about = {"by": arguments.by, "about": arguments.about, "command": shlex.join(words)}
     planned = Comparison(plan, file, about=about)
     workers = pool(arguments.jobs, None, Needs())
     planned.write(keep_missing(planned.jobs, MADE / "runs" / "submissions" / name, workers, unit=planned.unit))
     console().print(f"the submission is {file}; `pnt-gym verify {file}` repeats it")
 
 
-def submission_plan(name: str, controller: str, throws: int, seeds: int) -> Plan:
+def _plan(name: str, controller: str, throws: int, seeds: int) -> Plan:
     """The plan of a submission: one entry on the benchmark's held-out throws.
 
     Args:
@@ -134,13 +136,6 @@ def _copy(file: Path, target: Path) -> None:
     if file.resolve() != target.resolve():
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(file, target)
-
-
-def _command(arguments: Arguments) -> str:
-    """The command line that gives the same throws."""
-    words = ["pnt-gym", "submit", arguments.controller, "--by", arguments.by]
-    words += ["--throws", str(arguments.throws), "--seeds", str(arguments.seeds)] if arguments.throws else []
-    return shlex.join(words)
 
 
 if __name__ == "__main__":

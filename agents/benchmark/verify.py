@@ -23,7 +23,8 @@ from ..ground.shipped import module_of
 from ..ground.tables import Grid, console, throws_bar
 from ..ground.versions import versions
 from ..ground.work import UnfinishedError, limited_worker
-from ..results.compare import check_figures, check_submission, untrusted
+from ..results import compare
+from ..results.compare import check_submission, untrusted
 from ..results.content import ROW, Content, is_submission, name_row, other_versions, read_form
 from ..results.entries import TRAINED
 from ..results.plan import Piece, Plan, pieces, trial_of_plan
@@ -74,13 +75,24 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Repeat the sample, print the verdicts, and end with the exit code of the verdicts."""
-    _check_arguments(arguments)
+    at_least(vars(arguments), rows=1, seed=0, throws=2)
+    if not arguments.longest > 0.0:
+        raise UsageError(f"--longest is {arguments.longest:g}; it must be above 0 s")
+    check_writable(arguments.json)
     content = _read(arguments.file, trust=arguments.trust)
     results, made_by = content.data["results"], content.data["versions"]
     seed = secrets.randbelow(2**32) if arguments.seed is None else arguments.seed
     verdicts = _throw_again(content, choose(len(results), arguments.rows, seed), arguments)
     show(verdicts, len(results), seed)
-    _say_of_the_file(content, arguments)
+    # Print what no repetition of the sample compares, and the versions here that the file does not have.
+    timings = sorted(trial_of_plan(content.plan).record.timings)
+    parts = ["times of learning", *timings]
+    if arguments.throws is not None:
+        parts += [f"throws of these rows after the first {arguments.throws}", "totals of rows"]
+    console().print(f"not compared: {', '.join(parts)}")
+    recorded = content.data["versions"]
+    for name, version in other_versions(recorded).items():
+        console().print(f"the file was made with {name} {recorded.get(name, 'of no version')}; here is {version}")
     if arguments.json is not None:
         head = {"file": str(arguments.file), "rows": len(results), "seed": seed}
         deliver_json(arguments.json, {**head, "versions": versions(), "made_by": made_by, "verdicts": verdicts})
@@ -91,13 +103,6 @@ def main(arguments: Arguments) -> None:
         raise Exit(EXIT_LEFT_OUT)
 
 
-def _check_arguments(arguments: Arguments) -> None:
-    at_least(vars(arguments), rows=1, seed=0, throws=2)
-    if not arguments.longest > 0.0:
-        raise UsageError(f"--longest is {arguments.longest:g}; it must be above 0 s")
-    check_writable(arguments.json)
-
-
 def _read(file: Path, *, trust: bool) -> Content:
     """Content of a file of results, whose figures are those of its throws.
 
@@ -106,12 +111,16 @@ def _read(file: Path, *, trust: bool) -> Content:
             benchmark's; or it names a module that nobody trusts.
     """
     content = read_form(file)
-    _check_trust(file, content.plan, trust=trust)
+    # Make sure that a module is imported only if the user trusts the file.
+    names = [content.plan.env, *(name for entry in content.plan.entries for name in (entry.controller, *entry.also))]
+    modules = [name for name in names if module_of(name) is not None]
+    if modules and not trust:
+        raise untrusted(file, modules[0])
     if trust:  # the module of a submission lies beside its file
         sys.path.insert(0, str(file.resolve().parent))
     if is_submission(content.data):
         check_submission(content)
-    return check_figures(content, trust=trust)
+    return compare.check(content, trust=trust)
 
 
 def choose(count: int, rows: int, seed: int) -> list[int]:
@@ -163,19 +172,15 @@ def repeat(
     """
     plan = piece.plan
     if count is not None:
-        piece = _shortened(piece, count)
+        # The same piece with fewer held-out throws or work shifts.
+        option = trial_of_plan(piece.plan).option
+        entry = piece.entry.model_copy(update={"shifts": None})
+        piece = replace(piece, plan=piece.plan.model_copy(update={option: count, "picks_on": {}}), entry=entry)
     throws = piece.throws if piece.entry.controller in TRAINED and policy is None else (row["throws"],)
     with TemporaryDirectory() as folder:
         anew = run_piece(replace(piece, levels=(row["level"],), throws=throws), Path(folder), policy).results
     (result,) = [other for other in anew if (other["label"], other["throws"]) == (row["label"], row["throws"])]
     return comparable(plan, jsonable(result["columns"]), count)
-
-
-def _shortened(piece: Piece, count: int) -> Piece:
-    """The same piece with fewer held-out throws or work shifts."""
-    option = trial_of_plan(piece.plan).option
-    entry = piece.entry.model_copy(update={"shifts": None})
-    return replace(piece, plan=piece.plan.model_copy(update={option: count, "picks_on": {}}), entry=entry)
 
 
 def comparable(plan: Plan, columns: Mapping[str, Any], count: int | None) -> dict[str, Any]:
@@ -190,7 +195,7 @@ def comparable(plan: Plan, columns: Mapping[str, Any], count: int | None) -> dic
 def show(verdicts: Sequence[Mapping[str, Any]], count: int, seed: int) -> None:
     """Print a line for each row of the sample, and what the sample says of the file."""
     lines = [
-        [row["label"], str(row["throws"] or "-"), str(row["seed"]), row["level"], row["verdict"], _where(row)]
+        [row["label"], str(row["throws"] or "-"), str(row["seed"]), row["level"], row["verdict"], _name(row)]
         for row in verdicts
     ]
     header = ("controller", "learned from", "seed", "level", "verdict", "first difference")
@@ -203,36 +208,12 @@ def show(verdicts: Sequence[Mapping[str, Any]], count: int, seed: int) -> None:
         console().print(f"stored policies threw {count_stored} of them; with --learn their controllers learn again")
 
 
-def _say_of_the_file(content: Content, arguments: Arguments) -> None:
-    """Print what no repetition of the sample compares, and the versions here that the file does not have."""
-    timings = sorted(trial_of_plan(content.plan).record.timings)
-    parts = ["times of learning", *timings]
-    if arguments.throws is not None:
-        parts += [f"throws of these rows after the first {arguments.throws}", "totals of rows"]
-    console().print(f"not compared: {', '.join(parts)}")
-    made_by = content.data["versions"]
-    for name, version in other_versions(made_by).items():
-        console().print(f"the file was made with {name} {made_by.get(name, 'of no version')}; here is {version}")
-
-
-def _where(row: Mapping[str, Any]) -> str:
+def _name(row: Mapping[str, Any]) -> str:
     difference = row["difference"]
     if difference is None:
         return row["why"] or "-"
     place = "" if difference["at"] is None else f", {difference['count']} of them, first {difference['at']}"
     return f"{difference['column']}{place}: {str(difference['file'])[:20]}, here {str(difference['here'])[:20]}"
-
-
-def _check_trust(file: Path, plan: Plan, *, trust: bool) -> None:
-    """Make sure that a module is imported only if the user trusts the file.
-
-    Raises:
-        UsageError: the plan names a module, and `trust` is not given.
-    """
-    names = [plan.env, *(name for entry in plan.entries for name in (entry.controller, *entry.also))]
-    modules = [name for name in names if module_of(name) is not None]
-    if modules and not trust:
-        raise untrusted(file, modules[0])
 
 
 def judge(columns: Mapping[str, Any], anew: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,11 +10,13 @@ from gymnasium.spaces import Box
 from pnt_gym.errors import one_sentence
 from pnt_gym.names import unknown_name
 
+from ..ground import shipped
 from ..ground.cli import UsageError, about, check_known
 from ..ground.environments import Env
-from ..ground.shipped import CORRECTING, DECIDING, PREFIX, is_shipped, module_of, policy_place, shipped_names
-from .named import GRASPING_NAMES, NAMES, make_named
-from .own import controller_of, import_controller, load_trained
+from ..ground.shipped import CORRECTING, DECIDING, PREFIX, is_shipped, module_of
+from . import named, own
+from .named import GRASPING_NAMES, NAMES
+from .own import controller_of, import_controller
 from .protocol import Controller, Learner, Observation, Outcome
 from .state import load_state, save_state
 
@@ -50,15 +52,15 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
             f"controller {one_sentence(name, 80)!r} corrects throws; the actions of this environment are choices"
         )
     if name in NAMES:
-        return make_named(name, env, **options)
-    place = policy_place(name)
+        return named.make(name, env, **options)
+    place = shipped.place(name)
     if is_shipped(name) and name.removeprefix(PREFIX) in DECIDING:
         raise UsageError(f"{name!r} decides on a line; here controllers correct throws")
     if os.path.isdir(place) or name.endswith(".zip"):
         with about(f"controller {name!r}"):
             check_known("setting", options, ())
-        return load_trained(place, env, trust=trust)
+        return own.load(place, env, trust=trust)
     if module_of(name) is not None:
         return import_controller(name, env, **options)
     further = ", MODULE:CLASS, MODEL.zip, and a run folder, as training leaves them in runs/"
-    raise UsageError(unknown_name("controller", name, (*NAMES, *shipped_names(CORRECTING)), further))
+    raise UsageError(unknown_name("controller", name, (*NAMES, *shipped.names(CORRECTING)), further))

@@ -63,7 +63,7 @@ def has_feedback(core: Core) -> bool:
     return table is not None and table.names[-1] == FEEDBACK[-1].name
 
 
-def check_begins(env: Env, user: str) -> None:
+def check(env: Env, user: str) -> None:
     """Check that the observations of an environment mark the beginning of a shift of picks.
 
     Raises:
@@ -118,7 +118,18 @@ class Adaptive(Learner):
         """Offsets of the static policy minus the estimated effects of drift and kind, as actions (N, 2)."""
         if self._practising:
             return self._static.act(without_feedback(observation))
-        self._learn_feedback(observation)
+        is_first = begins_shift(observation)
+        if self._last is None or len(is_first) != len(self._last[1]):
+            self._last, is_first = None, np.full(len(is_first), True)
+        if self._last is not None:
+            last_throws, last_offset, kind = self._last
+            ideal_offset, has_landing = ideal_offsets(observation)
+            has_landing, is_unseen = has_landing & ~is_first, self._newcomers.is_unseen(kind)
+            self._newcomers.learn(
+                kind, last_throws, last_offset - ideal_offset - self._tracker.effect(last_throws), has_landing
+            )
+            self._tracker.learn(last_throws, last_offset - ideal_offset, has_landing & ~is_unseen)
+        self._tracker.begin(is_first)  # last, so that a row with a new shift has no trace of the previous one
         plain = without_feedback(observation)
         offset, throws = self._static.predict(plain), plain.features.astype(np.float64)
         self._last = throws, offset, observation.kind
@@ -165,16 +176,3 @@ class Adaptive(Learner):
         self._kinds = kinds
         is_known = np.isin(self._items, kinds) | isinstance(self._tracker, NoTracker)
         self._newcomers = UnseenKinds(is_known)
-
-    def _learn_feedback(self, observation: Observation) -> None:
-        """Learn from the feedback of the previous throws."""
-        is_first = begins_shift(observation)
-        if self._last is None or len(is_first) != len(self._last[1]):
-            self._last, is_first = None, np.full(len(is_first), True)
-        if self._last is not None:
-            throws, offset, kind = self._last
-            ideal_offset, has_landing = ideal_offsets(observation)
-            has_landing, is_unseen = has_landing & ~is_first, self._newcomers.is_unseen(kind)
-            self._newcomers.learn(kind, throws, offset - ideal_offset - self._tracker.effect(throws), has_landing)
-            self._tracker.learn(throws, offset - ideal_offset, has_landing & ~is_unseen)
-        self._tracker.begin(is_first)  # last, so that a row with a new shift has no trace of the previous one

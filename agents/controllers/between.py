@@ -22,8 +22,9 @@ from ..ground.cli import UsageError
 from ..ground.environments import Env
 from ..learning.hyperparameters import MAX_STACK, RECURRENT
 from ..policies.actor import Actor
-from .adaptive import PRETRAINED, begins_shift, check_begins
-from .named import GRASPING_NAMES, make_named
+from . import adaptive, named
+from .adaptive import PRETRAINED, begins_shift
+from .named import GRASPING_NAMES
 from .protocol import Actions, Controller, Observation
 
 PLANNER: Final = "analytic"
@@ -64,24 +65,21 @@ class PolicyWrapper:
         if len(self._recent) != len(features):
             self._recent = np.zeros((len(features), self.stack, features.shape[1]), dtype=np.float32)
         self._recent[begins_shift(observation)] = 0.0
-        self._recent = self._push(features)
+        self._recent = np.concatenate([self._recent[:, 1:], features[:, None]], axis=1)
         stacked = self._recent.reshape(len(features), -1)
         # A policy that sees pictures looks where the base controller would grasp, too.
         return stacked if observation.image is None else np.concatenate([stacked, self._base], axis=1)
 
     def peek(self, features: Stacked) -> Stacked:
         """Stacked observations after the last throw (N, K * D), without changing the stack."""
-        return self._push(features).reshape(len(features), -1)
+        return np.concatenate([self._recent[:, 1:], features[:, None]], axis=1).reshape(len(features), -1)
 
     def total_action(self, action: NDArray[Any]) -> Actions:
         """Actions (N, A) for the environment: the base controller's plus those of the policy."""
         return np.clip(self._base + action, -1.0, 1.0).astype(np.float32)
 
-    def _push(self, features: Stacked) -> Stacked:
-        return np.concatenate([self._recent[:, 1:], features[:, None]], axis=1)
 
-
-def make_wrapper(env: Env, stack: int, over: str) -> PolicyWrapper:
+def make(env: Env, stack: int, over: str) -> PolicyWrapper:
     """Policy wrapper of an environment.
 
     Args:
@@ -97,22 +95,22 @@ def make_wrapper(env: Env, stack: int, over: str) -> PolicyWrapper:
     if over not in BASES:
         raise UsageError(f"over: {unknown_name('controller that needs no practice', over, BASES)}")
     if stack > 1:
-        check_begins(env, f"a stack of {stack} observations")
-    return PolicyWrapper(stack, make_named(over, env))
+        adaptive.check(env, f"a stack of {stack} observations")
+    return PolicyWrapper(stack, named.make(over, env))
 
 
-def wrap_env(env: Env, arguments: Mapping[str, Any]) -> Env:
+def wrap(env: Env, arguments: Mapping[str, Any]) -> Env:
     """Environment as a policy sees it, wrapped by the `algo`, `stack` and `over` of a training.
 
     Raises:
-        UsageError: as for `make_wrapper`, or a recurrent policy whose observations do not mark the beginning of a
+        UsageError: as for `make`, or a recurrent policy whose observations do not mark the beginning of a
             shift.
     """
     if arguments["algo"] in RECURRENT:
-        check_begins(env, f"algorithm {arguments['algo']!r}")
+        adaptive.check(env, f"algorithm {arguments['algo']!r}")
     if (arguments["stack"], arguments["over"]) == (1, PLANNER):
         return env
-    return _WrappedEnv(env, make_wrapper(env, arguments["stack"], arguments["over"]))
+    return _WrappedEnv(env, make(env, arguments["stack"], arguments["over"]))
 
 
 @final

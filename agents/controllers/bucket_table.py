@@ -14,17 +14,8 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
 
-from .protocol import (
-    Actions,
-    Learner,
-    Observation,
-    Outcome,
-    State,
-    check_width,
-    ideal_offset,
-    is_instructive,
-    to_action,
-)
+from . import protocol
+from .protocol import Actions, Learner, Observation, Outcome, State, ideal_offsets, is_instructive, to_action
 
 ANY = "*"
 
@@ -70,12 +61,18 @@ class BucketTable(Learner):
         A batch gives the same update as its throws one after another: with the offset s in force, s + K (d - z) = s + K
         (ideal - s).
         """
-        offsets = ideal_offset(outcome, self._correction)
+        offsets = ideal_offsets(outcome, self._correction)
         usable = is_instructive(outcome)
         observation = outcome.observation
         for row, bucket in enumerate(self._correction.buckets(observation.features, observation.kind)):
-            if usable[row] and not self._is_learned(self._chain(*bucket)[0], outcome.error[row]):
-                self._update(self._chain(*bucket), offsets[row])
+            if not usable[row]:
+                continue
+            chain, error = self._chain(*bucket), outcome.error[row] / self._correction.tolerance
+            # A bucket is learned once its error is below the threshold, by this throw or by an earlier one.
+            if self._threshold is not None and np.linalg.norm(error) < self._threshold:
+                self._learned.add(chain[0])
+            if chain[0] not in self._learned:
+                self._update(chain, offsets[row])
 
     def state(self) -> State:
         """Names, offsets and counts of the buckets."""
@@ -94,18 +91,12 @@ class BucketTable(Learner):
         Raises:
             UsageError: the offsets have another number of coordinates.
         """
-        check_width(state["shift"], self._correction, self.name)
+        protocol.check(state["shift"], self._correction, self.name)
         names = [str(n) for n in state["buckets"]]
         self._shift = {n: np.asarray(s, dtype=np.float64) for n, s in zip(names, state["shift"], strict=True)}
         self._count = {n: int(c) for n, c in zip(names, state["count"], strict=True)}
         learned = state.get("learned", np.zeros(len(names), dtype=np.bool_))
         self._learned = {n for n, done in zip(names, learned, strict=True) if done}
-
-    def _is_learned(self, bucket: str, error: Floats) -> bool:
-        """Whether a bucket has, by this throw or by an earlier one, an error below the threshold."""
-        if self._threshold is not None and np.linalg.norm(error / self._correction.tolerance) < self._threshold:
-            self._learned.add(bucket)
-        return bucket in self._learned
 
     def _chain(self, item: str, place: str) -> list[str]:
         """Names of the buckets of a throw, from fine to coarse."""

@@ -51,7 +51,7 @@ class Filters:
 
     def learn(self, at: Ints | tuple[Ints, ...], effect: Floats, z: Floats) -> None:
         """Update N pairs by landings z (N, 2) [m], with the unknowns' effects on them (N, 2, S)."""
-        state, spread, likely = kalman_update(self.state[at], self.spread[at], effect[:, None], z[:, None], self._noise)
+        state, spread, likely = update(self.state[at], self.spread[at], effect[:, None], z[:, None], self._noise)
         # Bayes' rule for the two hypotheses, then a Markov switch between them.
         belief = self.belief[at] * np.exp(likely - likely.max(axis=-1, keepdims=True))
         belief = (1.0 - self._turning) * belief / belief.sum(axis=-1, keepdims=True) + 0.5 * self._turning
@@ -76,9 +76,7 @@ def landing_offset(effect: Floats, state: Floats) -> Floats:
     return (effect @ state[..., None])[..., 0]
 
 
-def kalman_update(
-    state: Floats, spread: Floats, effect: Floats, z: Floats, noise: Floats
-) -> tuple[Floats, Floats, Floats]:
+def update(state: Floats, spread: Floats, effect: Floats, z: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
     """Kalman update by landings z (..., 2) [m], with the effects of S unknowns on them (..., 2, S).
 
     A far landing gets so much noise that it lies `SURPRISE` deviations off.

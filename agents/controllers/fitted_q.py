@@ -22,7 +22,8 @@ from ..grasping.features import NAMES, SIGHTS, PlaceFeatures, best_places, blur_
 from ..grasping.network import PlaceNetwork
 from ..ground.cli import UsageError, check_libraries
 from ..ground.places import GRASPING, at
-from .grasps import GIVE_UP, RESIDUAL, phases, throw_observation
+from . import grasps
+from .grasps import GIVE_UP, RESIDUAL, phases
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .regression import OnPolicyRegression
 from .state import load_state
@@ -77,13 +78,13 @@ class GraspValues:
         self._slow, self._fast = config.grasp.pace
         self._practises = False
         self.reseed(0)
-        self._forget()
+        self._clear()
 
     def reseed(self, seed: int) -> None:
         """Reseed the random numbers of practice and fits."""
         self._random = np.random.default_rng([seed, 3])
 
-    def _forget(self) -> None:
+    def _clear(self) -> None:
         """Forget all picks and both fits."""
         local = [*SIGHTS["local"], len(NAMES), len(NAMES) + 1]
         self._places, self._paces = PlaceNetwork(local, len(NAMES) + 2), PlaceNetwork(None, len(TABLE) + 1)
@@ -143,7 +144,7 @@ class GraspValues:
 
     def begin_practice(self, throws: int) -> None:
         """Begin to explore, without any earlier knowledge."""
-        self._forget()
+        self._clear()
         self._practises, self._due = True, [round(share * throws) for share in ROUNDS]
 
     def end_practice(self) -> None:
@@ -321,7 +322,7 @@ class FittedQ(Learner):
             action[free[rides], 2] = GIVE_UP
         slow, fast = rules.pace
         action[:, 3] = 2.0 * (self._values.shares(observation) - slow) / (fast - slow) - 1.0
-        action[:, RESIDUAL] = self._residual.act(throw_observation(observation, action, self._config))
+        action[:, RESIDUAL] = self._residual.act(grasps.observe(observation, action, self._config))
         return action
 
     def learn(self, outcome: Outcome) -> None:

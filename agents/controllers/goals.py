@@ -13,7 +13,7 @@ from pnt_gym.cells.base.action import Correction
 from pnt_gym.errors import PntGymError
 
 from .bucket_table import BucketTable
-from .protocol import Actions, Learner, Observation, Outcome, State, ideal_offset, is_instructive
+from .protocol import Actions, Learner, Observation, Outcome, State, ideal_offsets, is_instructive
 
 NAME: Final = "virtual_goal"
 GAINS: Final = (0.05, 0.1, 0.2, 0.5, 1.0)
@@ -90,7 +90,7 @@ class GainChoice(Learner):
 
     def learn(self, outcome: Outcome) -> None:
         """Let every table learn, and choose the one that would have missed least so far."""
-        ideal, usable = ideal_offset(outcome, self._correction), is_instructive(outcome)
+        ideal, usable = ideal_offsets(outcome, self._correction), is_instructive(outcome)
         for k, table in enumerate(self._tables):
             miss = (ideal - table.offsets(outcome.observation)) / self._correction.tolerance
             self._misses[k] += float((miss[usable] ** 2).sum())

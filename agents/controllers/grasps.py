@@ -165,7 +165,7 @@ class GraspController(Learner):
         action[~held & (tried >= self._tries), 2] = GIVE_UP
         slow, fast = self._pace.range
         action[:, 3] = 2.0 * (pace - slow) / (fast - slow) - 1.0
-        action[:, RESIDUAL] = self._residual.act(throw_observation(observation, action, self._config))
+        action[:, RESIDUAL] = self._residual.act(observe(observation, action, self._config))
         return action if rules.stages > 1 else np.delete(action, 2, axis=1)
 
     def maps(self, observation: Observation, rows: Ints) -> Floats | None:
@@ -174,7 +174,7 @@ class GraspController(Learner):
 
     def learn(self, outcome: Outcome) -> None:
         """Learn from the throws of the last `act`."""
-        seen = throw_observation(outcome.observation, outcome.action, self._config)
+        seen = observe(outcome.observation, outcome.action, self._config)
         self._residual.learn(replace(outcome, observation=seen, action=outcome.action[:, RESIDUAL]))
 
     def state(self) -> State:
@@ -186,7 +186,7 @@ class GraspController(Learner):
         self._residual.restore(state)
 
 
-def throw_observation(observation: Observation, action: Actions, config: GraspConfig) -> Observation:
+def observe(observation: Observation, action: Actions, config: GraspConfig) -> Observation:
     """The observation with pace and place of the throw, for the residual."""
     values = TABLE.decode(observation.features)
     x, y = values["place_x"], values["place_y"]

@@ -14,7 +14,6 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.drift import Drift
 
 from ..ground.cli import UsageError
 from .protocol import State
@@ -60,7 +59,7 @@ class InContext(Tracker):
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
         """Update the memory by throws and their landings."""
         if self._network is not None:
-            new = self._network.update_memory(self._memory, throws, z)
+            new = self._network.update(self._memory, throws, z)
             self._memory = np.where(rows[:, None], new, self._memory)
 
     def effect(self, throws: Floats) -> Floats:
@@ -91,7 +90,7 @@ class InContext(Tracker):
             raise UsageError(
                 "the saved state of 'in_context' holds no network; let 'in_context' practise without drift first"
             )
-        self._network = Recurrent.from_state(state)
+        self._network = Recurrent.of(state)
         self._size = self._network.size
         self._memory = np.zeros((0, self._size))
 
@@ -102,7 +101,14 @@ def simulate_shifts(throws: Floats, z: Floats, camera_x: float, batches: int, se
     effect = drift_effects(throws, camera_x)
     for _ in range(batches):
         picks = random.integers(len(throws), size=(SHIFTS, PICKS))
-        state = np.stack([_draw_drift(drifts[random.integers(len(drifts))], random) for _ in range(SHIFTS)])
+        # Delay, camera along x and y, and encoder of the drift of each shift.
+        drifted: list[Floats] = []
+        for drift in (drifts[random.integers(len(drifts))] for _ in range(SHIFTS)):
+            parts = (drift.delay, drift.camera, drift.camera, drift.encoder)
+            strength = STRONGEST * random.random()
+            paths = [part.path(random, PICKS, drift.steps_every) for part in parts]
+            drifted.append(strength * np.stack(paths, axis=1))
+        state = np.stack(drifted)
         has_landing = random.random((SHIFTS, PICKS)) >= UNSEEN * random.random((SHIFTS, 1))
         landing_errors = z[picks] + (effect[picks] @ state[..., None])[..., 0]
         blur = BLURRED * np.maximum(2.0 * random.random((SHIFTS, 1, 1)) - 1.0, 0.0)
@@ -110,10 +116,3 @@ def simulate_shifts(throws: Floats, z: Floats, camera_x: float, batches: int, se
         yield TrainingShifts(
             throws[picks], np.where(has_landing[..., None], observed, 0.0), landing_errors, has_landing
         )
-
-
-def _draw_drift(drift: Drift, random: np.random.Generator) -> Floats:
-    """Delay, camera along x and y, and encoder of one shift's drift (P, 4)."""
-    parts = (drift.delay, drift.camera, drift.camera, drift.encoder)
-    strength = STRONGEST * random.random()
-    return strength * np.stack([part.path(random, PICKS, drift.steps_every) for part in parts], axis=1)

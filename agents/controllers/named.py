@@ -16,6 +16,7 @@ from pnt_gym.cells.grasp.core import GraspCore
 from ..ground.cli import UsageError, about, check_known, settings_of
 from ..ground.environments import Env, core_of
 from ..ground.places import ADAPTIVE, GRASPING
+from . import state
 from .adaptive import IN_CONTEXT, STATIC, Adaptive, has_feedback
 from .fitted_q import FittedQ
 from .goals import virtual_goal
@@ -25,12 +26,11 @@ from .oracle import Analytic, Oracle, Random
 from .places import OraclePlaces, centroid, flattest, local_mlp
 from .protocol import Controller
 from .regression import Mlp, OnPolicyRegression, Ridge
-from .state import read_state
 from .trackers import Kalman, NoTracker, OracleTracker, RecursiveRidge, RunningMean, Tracker
 
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
-    "analytic": lambda env: Analytic(_entry_count(env.single_action_space), core_of(env).action_mode),
-    "random": lambda env: Random(_entry_count(env.single_action_space)),
+    "analytic": lambda env: Analytic(_count(env.single_action_space), core_of(env).action_mode),
+    "random": lambda env: Random(_count(env.single_action_space)),
 }
 _SHIFTS: Mapping[str, Callable[..., Controller]] = {
     "virtual_goal": lambda env, correction, **options: virtual_goal(correction, **options),
@@ -74,7 +74,7 @@ GRASPING_NAMES = (*_PLACES, FITTED_Q)
 NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS, *GRASPING_NAMES)
 
 
-def make_named(name: str, env: Env, **options: Any) -> Controller:
+def make(name: str, env: Env, **options: Any) -> Controller:
     """Controller of one of `NAMES`, fitted to an environment.
 
     Raises:
@@ -85,10 +85,17 @@ def make_named(name: str, env: Env, **options: Any) -> Controller:
     if name in _ANY_ACTIONS:
         return _ANY_ACTIONS[name](env, **options)
     if name in _SHIFTS:
-        return _SHIFTS[name](env, _required_correction(name, env), **options)
+        return _SHIFTS[name](env, _correction(name, env), **options)
     if name in GRASPING_NAMES:
-        return _grasping(name, env, options)
-    return _adaptive(name, env, options)
+        return _make(name, env, options)
+    # The static policy of `static` has learned under drift; that of the other adaptive controllers in a cell without
+    # drift, whose landings are not blurred.
+    correction, core = _correction(name, env), core_of(env)
+    if not has_feedback(core):
+        raise UsageError(f"controller {name!r} needs observations of the previous landing; use --env PnTAdapt-v0")
+    tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
+    shipped = state.read(ADAPTIVE / f"{file}.npz")[1]
+    return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)
 
 
 def _settings(name: str) -> list[str]:
@@ -98,48 +105,27 @@ def _settings(name: str) -> list[str]:
     return settings_of(*([_SETTINGS[name]] if name in _SETTINGS else []))
 
 
-def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
-    """Adaptive controller with a static policy that ships.
-
-    The static policy of `static` has learned under drift; that of the other controllers in a cell without drift, whose
-    landings are not blurred.
-    """
-    correction, core = _required_correction(name, env), core_of(env)
-    if not has_feedback(core):
-        raise UsageError(f"controller {name!r} needs observations of the previous landing; use --env PnTAdapt-v0")
-    tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
-    shipped = read_state(ADAPTIVE / f"{file}.npz")[1]
-    return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)
-
-
-def _grasping(name: str, env: Env, options: Mapping[str, Any]) -> Controller:
+def _make(name: str, env: Env, options: Mapping[str, Any]) -> Controller:
     """Controller that grasps, with the residual that ships, or with none for the option `residual=none`."""
     core = core_of(env)
     if not isinstance(core, GraspCore):
         raise UsageError(f"controller {name!r} chooses where to grasp; use --env PnTGrasp-v0")
     others = dict(options)
-    residual = _release_residual(name, core, others.pop("residual", "shipped"))
-    if name == FITTED_Q:
-        return FittedQ(core.config, residual, **others)
-    correction = core.correction
-    assert correction is not None  # of the mode `release_point`
-    of_place = {key: others.pop(key) for key in options if key in inspect.signature(_PLACES[name]).parameters}
-    return GraspController(name, core.config, correction, _PLACES[name](core, **of_place), residual, **others)
-
-
-def _release_residual(name: str, core: GraspCore, begin: str) -> OnPolicyRegression:
-    """Residual of a controller's throws: the one that ships, or none yet."""
+    begin = others.pop("residual", "shipped")
     correction = core.correction
     assert correction is not None  # of the mode `release_point`
     residual = OnPolicyRegression(name, correction, residual_width(), Mlp())
     if begin not in ("shipped", "none"):
         raise UsageError(f"residual is {begin!r}; it must be 'shipped' or 'none'")
     if begin == "shipped":
-        residual.restore(read_state(GRASPING / "residual.npz")[1])
-    return residual
+        residual.restore(state.read(GRASPING / "residual.npz")[1])
+    if name == FITTED_Q:
+        return FittedQ(core.config, residual, **others)
+    of_place = {key: others.pop(key) for key in options if key in inspect.signature(_PLACES[name]).parameters}
+    return GraspController(name, core.config, correction, _PLACES[name](core, **of_place), residual, **others)
 
 
-def _required_correction(name: str, env: Env) -> Correction:
+def _correction(name: str, env: Env) -> Correction:
     """Correction of an environment; some action modes have none."""
     core = core_of(env)
     if core.correction is not None and core.action_mode in core.shift_modes:
@@ -149,7 +135,7 @@ def _required_correction(name: str, env: Env) -> Correction:
     sizes = sorted({core.action_sizes[mode] for mode in core.shift_modes})
     raise UsageError(
         f"controller {name!r} shifts the landing and needs an action of {' or '.join(map(str, sizes))} numbers, "
-        f"not {_entry_count(env.single_action_space)}; use the action mode {' or '.join(core.shift_modes)}"
+        f"not {_count(env.single_action_space)}; use the action mode {' or '.join(core.shift_modes)}"
     )
 
 
@@ -164,10 +150,10 @@ def _shared_core(env: Env) -> Core:
 
 
 def _features(env: Env) -> int:
-    return _entry_count(env.single_observation_space)
+    return _count(env.single_observation_space)
 
 
-def _entry_count(space: Space[Any]) -> int:
+def _count(space: Space[Any]) -> int:
     """Number of entries of one action or observation."""
     return int(np.prod(space.shape or (1,)))
 
@@ -195,7 +181,7 @@ WORDS: Final[Mapping[str, str]] = {
 """Descriptions of controllers that share a class: each names its estimate of the drift, or its place to grasp."""
 
 
-def describe_controller(name: str, controller: Controller) -> str:
+def describe(name: str, controller: Controller) -> str:
     """The first paragraph of the docstring of a controller, or the words for it in `WORDS`."""
     text = WORDS.get(name) or inspect.getdoc(DESCRIBED_IN.get(name) or type(controller)) or ""
     return " ".join(text.split("\n\n", 1)[0].rstrip(".").split())

@@ -123,25 +123,23 @@ class _Search:
         """Offsets (N, E) of the next preview, the best one where a throw is over."""
         jumps = self._failures >= 2
         self._jumped = jumps & (self._failures % 2 == 0)
-        trial = np.where(self._jumped[:, None], self._jump(random), self._newton())
+        # Random offsets near the best offset of a throw of the same bucket with no larger error, itself included.
+        order = np.lexsort((self._smallest, self._bucket))
+        ranked = self._bucket[order]
+        rank = np.empty_like(order)
+        rank[order] = np.arange(len(order)) - np.searchsorted(ranked, ranked)
+        donor = order[np.searchsorted(ranked, self._bucket) + random.integers(rank + 1)]
+        jump = random.choice(JUMPS, size=(len(order), 1)) * random.standard_normal(self.best.shape)
+        trial = np.where(self._jumped[:, None], self.best[donor] + jump, self._newton())
         return np.where(self.over[:, None], self.best, np.clip(trial, -1.0, 1.0))
 
     def _newton(self) -> Floats:
-        """Best offsets after one damped Newton step."""
-        square, jacobian = self._weight**2, self._jacobian()
-        # (J^T W J + damping I) step = J^T W error, per throw.
-        normal = np.einsum("nki,k,nkj->nij", jacobian, square, jacobian)
-        normal += self._damping[:, None, None] * np.eye(len(square))
-        slope = np.einsum("nki,k,nk->ni", jacobian, square, self._error)
-        return self.best - np.linalg.solve(normal, slope[..., None])[..., 0]
-
-    def _jacobian(self) -> Floats:
-        """Jacobian of the error by the offset at the best offsets (N, E, E), a weighted fit to the previews."""
+        """Best offsets after one damped Newton step, with the Jacobian (N, E, E) of the error by the offset there."""
         offset_changes, error_changes = self._shifts - self.best[:, None], self._errors - self._error[:, None]
-        square = (offset_changes**2).sum(axis=2)
-        is_valid = (square > 0.0) & np.isfinite(error_changes).all(axis=2)
+        distance = (offset_changes**2).sum(axis=2)
+        is_valid = (distance > 0.0) & np.isfinite(error_changes).all(axis=2)
         # Weighted least squares of the errors' differences, near previews with more weight, shrunk towards one to one.
-        weight = np.where(is_valid, 1.0 / np.where(is_valid, square, 1.0), 0.0)
+        weight = np.where(is_valid, 1.0 / np.where(is_valid, distance, 1.0), 0.0)
         error_changes = np.where(is_valid[..., None], error_changes, 0.0)
         spread = np.einsum("nm,nmi,nmj->nij", weight, offset_changes, offset_changes) + TRUST * np.eye(
             self.best.shape[1]
@@ -152,17 +150,13 @@ class _Search:
             offset_changes,
             error_changes - np.where(is_valid[..., None], offset_changes, 0.0),
         )
-        return np.eye(self.best.shape[1]) + np.linalg.solve(spread, surprise).transpose(0, 2, 1)
-
-    def _jump(self, random: np.random.Generator) -> Floats:
-        """Random offsets near the best offset of a throw of the same bucket with no larger error, itself included."""
-        order = np.lexsort((self._smallest, self._bucket))
-        ranked = self._bucket[order]
-        rank = np.empty_like(order)
-        rank[order] = np.arange(len(order)) - np.searchsorted(ranked, ranked)
-        donor = order[np.searchsorted(ranked, self._bucket) + random.integers(rank + 1)]
-        jump = random.choice(JUMPS, size=(len(order), 1)) * random.standard_normal(self.best.shape)
-        return self.best[donor] + jump
+        jacobian = np.eye(self.best.shape[1]) + np.linalg.solve(spread, surprise).transpose(0, 2, 1)
+        square = self._weight**2
+        # (J^T W J + damping I) step = J^T W error, per throw.
+        normal = np.einsum("nki,k,nkj->nij", jacobian, square, jacobian)
+        normal += self._damping[:, None, None] * np.eye(len(square))
+        slope = np.einsum("nki,k,nk->ni", jacobian, square, self._error)
+        return self.best - np.linalg.solve(normal, slope[..., None])[..., 0]
 
 
 @final

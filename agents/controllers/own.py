@@ -17,11 +17,12 @@ from pnt_gym.names import unknown_name
 from ..ground.cli import UsageError, about, check_known, user_code
 from ..ground.environments import Env, core_of, import_user_module
 from ..ground.places import module_name
+from ..learning import trained
 from ..learning.runs import RunFolder
-from ..learning.trained import STATISTICS, check_trust, find_policy
+from ..learning.trained import STATISTICS
 from ..policies.actor import Actor
-from .adaptive import check_begins
-from .between import PLANNER, MemoryPolicy, make_wrapper
+from . import adaptive, between
+from .between import PLANNER, MemoryPolicy
 from .protocol import Actions, Controller, Observation
 
 Function: TypeAlias = Callable[..., Any]
@@ -55,11 +56,11 @@ def controller_of(policy: Any, env: Env) -> Controller:
         UsageError: the policy is none of these, or a model that does not fit the environment.
     """
     if inspect.isclass(policy):
-        return _instantiate(policy, repr(policy.__name__), env)
+        return _make(policy, repr(policy.__name__), env)
     if hasattr(policy, "act"):
-        return _check_controller(policy, repr(type(policy).__name__))
+        return _check(policy, repr(type(policy).__name__))
     if hasattr(policy, "predict"):
-        return model_policy(policy, type(policy).__name__.lower(), env)
+        return _policy(policy, type(policy).__name__.lower(), env)
     if callable(policy):
         return Policy(policy, getattr(policy, "__name__", type(policy).__name__), kind=env.single_action_space.dtype)
     raise UsageError(f"a policy is a controller, a model or a function of observations, not {policy!r}")
@@ -78,10 +79,10 @@ def import_controller(reference: str, env: Env, **options: Any) -> Controller:
         classes = [key for key, value in vars(place).items() if inspect.isclass(value) and value.__module__ == module]
         raise UsageError(f"module {module!r}: {unknown_name('class', name, classes)}")
     _check_parts(controller_class, repr(reference), METHODS)  # before any call: a plan of others may name any class
-    return _instantiate(controller_class, repr(reference), env, **options)
+    return _make(controller_class, repr(reference), env, **options)
 
 
-def _instantiate(factory: Callable[..., Any], name: str, env: Env, **options: Any) -> Controller:
+def _make(factory: Callable[..., Any], name: str, env: Env, **options: Any) -> Controller:
     try:
         parameters = inspect.signature(factory).parameters
         if not any(part.kind is part.VAR_KEYWORD for part in parameters.values()):
@@ -95,10 +96,10 @@ def _instantiate(factory: Callable[..., Any], name: str, env: Env, **options: An
         raise
     except Exception as error:
         raise UsageError(f"controller {name} cannot be made: {type(error).__name__}: {one_sentence(error)}") from error
-    return _check_controller(controller, name)
+    return _check(controller, name)
 
 
-def _check_controller(controller: Any, name: str) -> Controller:
+def _check(controller: Any, name: str) -> Controller:
     _check_parts(controller, name, ("name", *METHODS))
     return controller
 
@@ -110,29 +111,30 @@ def _check_parts(controller: Any, name: str, parts: Sequence[str]) -> None:
         raise UsageError(f"controller {name} has no {' and no '.join(missing)}; inherit {base}")
 
 
-def load_trained(place: Path, env: Env, *, trust: bool = False) -> Controller:
+def load(place: Path, env: Env, *, trust: bool = False) -> Controller:
     """Policy of a run folder, or with `trust`, because loading runs code, of an RL-Zoo folder or a model file.
 
     Raises:
         UsageError: the policy is missing, damaged or not trusted, or does not fit the environment.
     """
-    files, label = find_policy(place), f"the policy of {str(place)!r}"
+    files, label = trained.find(place), f"the policy of {str(place)!r}"
     if files.is_run:
         run = RunFolder(place)
-        return run_policy(run.load_actor(), run.arguments, env, label)
-    check_trust(place, trust)
-    from ..learning.sb3 import load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
+        return run_policy(run.actor(), run.arguments, env, label)
+    trained.check(place, trust)
+    from ..learning import sb3  # noqa: PLC0415 - torch takes a second to import
+    from ..learning.sb3 import load_policy  # noqa: PLC0415 - torch takes a second to import
     from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
 
     model = load_policy(files.model)
-    policy = model_policy(model, type(model).__name__.lower(), env, label)
+    policy = _policy(model, type(model).__name__.lower(), env, label)
     if files.statistics is None:
         if isinstance(policy, Policy):
             policy.note = f"{label} gets raw observations: no {STATISTICS} lies beside {files.model.name}"
         return policy
     if not isinstance(policy, Policy):
         raise UsageError(f"{label} is recurrent and takes normalised observations; only one of the two is supported")
-    statistics = load_statistics(files.statistics, SameStepVecEnv(env))
+    statistics = sb3.statistics(files.statistics, SameStepVecEnv(env))
 
     def act_on_normalised(features: NDArray[np.float32]) -> Any:
         normalised_features: Any = statistics.normalize_obs(features)
@@ -169,20 +171,20 @@ def _actor_controller(actor: Actor, name: str, env: Env, label: str, stack: int 
     if actor.lstm is None and (stack, over) == (1, PLANNER):
         return Policy(actor, name)
     if actor.lstm is not None:
-        check_begins(env, label)
-    return MemoryPolicy(actor, name, make_wrapper(env, stack, over))
+        adaptive.check(env, label)
+    return MemoryPolicy(actor, name, between.make(env, stack, over))
 
 
-def model_policy(model: Any, name: str, env: Env, label: str = "the model") -> Controller:
+def _policy(model: Any, name: str, env: Env, label: str = "the model") -> Controller:
     """Controller of a stable-baselines3 model's mean action.
 
     Raises:
         UsageError: the model does not fit the environment.
     """
     if hasattr(getattr(model, "policy", None), "lstm_actor"):
-        from ..policies.weights import actor_of  # noqa: PLC0415 - as above
+        from ..policies import weights  # noqa: PLC0415 - as above
 
-        actor = actor_of(model)
+        actor = weights.actor(model)
         assert isinstance(actor, Actor)  # scorers have no LSTM
         return _actor_controller(actor, name, env, label)
     if isinstance(model.observation_space, Dict) and isinstance(env.single_observation_space, Dict):

@@ -14,18 +14,11 @@ from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.observation import TABLE
 from pnt_gym.names import unknown_name
 
+from ..grasping import rules
 from ..grasping.features import PlaceFeatures, place_features
 from ..grasping.network import PlaceNetwork
 from ..grasping.practice import network_places, worth_maps
-from ..grasping.rules import (
-    COLOURED,
-    centroid_places,
-    flattest_places,
-    mean_scores,
-    oracle_maps,
-    oracle_places,
-    rule_places,
-)
+from ..grasping.rules import COLOURED, mean_scores, oracle_places
 from ..grasping.scenes import Scenes
 from ..ground.cli import UsageError
 from ..ground.places import GRASPING, at
@@ -45,10 +38,10 @@ class Choice(NamedTuple):
 AVOID: Final = 1.0
 """Distance of a further try from the place that failed, in radii of the cup."""
 RULES: Final[dict[str, Choice]] = {
-    "centroid": Choice(centroid_places, lambda seen: seen.maps(-seen.column("distance"))),
-    "naive": Choice(flattest_places, lambda seen: seen.maps(-seen.column("rough_in"))),
-    "depth": Choice(rule_places, lambda seen: seen.maps(mean_scores(seen))),
-    "colour": Choice(lambda seen: rule_places(seen, COLOURED), lambda seen: seen.maps(mean_scores(seen, COLOURED))),
+    "centroid": Choice(rules.centroid, lambda seen: seen.maps(-seen.column("distance"))),
+    "naive": Choice(rules.flattest, lambda seen: seen.maps(-seen.column("rough_in"))),
+    "depth": Choice(rules.places, lambda seen: seen.maps(mean_scores(seen))),
+    "colour": Choice(lambda seen: rules.places(seen, COLOURED), lambda seen: seen.maps(mean_scores(seen, COLOURED))),
 }
 """Rules on pictures by name."""
 
@@ -127,7 +120,7 @@ class OraclePlaces:
 
     def maps(self, observation: Observation, rows: Ints) -> Floats:
         """True expected worths of the places for some rows (K, 48, 48)."""
-        return oracle_maps(Scenes.of_picks(self._core.config, take(self._core.picks, rows)))
+        return rules.maps(Scenes.of_picks(self._core.config, take(self._core.picks, rows)))
 
 
 def centroid(core: GraspCore, avoid: float = AVOID) -> PicturePlaces:

@@ -119,7 +119,7 @@ def to_action(offset: Floats, correction: Correction) -> Actions:
     return np.clip(offset / correction.scale, -1.0, 1.0).astype(np.float32)
 
 
-def ideal_offset(outcome: Outcome, correction: Correction) -> Floats:
+def ideal_offsets(outcome: Outcome, correction: Correction) -> Floats:
     """Offset (N, E) that would have brought each throw to its goal.
 
     The outcome is assumed to follow the offset one to one: the offset of the action minus the error. The result is
@@ -133,7 +133,7 @@ def is_instructive(outcome: Outcome) -> Bools:
     return np.isfinite(outcome.error).all(axis=1) & ~outcome.clipped
 
 
-def check_width(offset: Floats, correction: Correction, name: str) -> None:
+def check(offset: Floats, correction: Correction, name: str) -> None:
     """Check that the learned offsets (M, E) of a controller have the number of coordinates of this cell.
 
     Raises:

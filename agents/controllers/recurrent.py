@@ -16,7 +16,8 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 
 from ..ground.fitting import fit_from
-from ..policies.networks import Dense, Gru, dense_of, layers_from_torch, run_layers
+from ..policies import networks
+from ..policies.networks import Dense, Gru, layers_from_torch
 from .protocol import State
 
 UNIT: Final = 0.01
@@ -58,13 +59,13 @@ class Recurrent:
         """Numbers in the network's memory H."""
         return self._unit.size
 
-    def update_memory(self, memory: Floats, features: Floats, z: Floats) -> Floats:
+    def update(self, memory: Floats, features: Floats, z: Floats) -> Floats:
         """Memory (N, H) after throws (N, D) with landing errors (N, 2) [m]."""
-        return self._unit(np.concatenate([features, _normalise(z)], axis=1), memory)
+        return self._unit(np.concatenate([features, np.clip(z / UNIT, -6.0, 6.0)], axis=1), memory)
 
     def predict(self, memory: Floats, features: Floats) -> Floats:
         """Predicted landing errors of throws (N, D) by memories (N, H): (N, 2) [m]."""
-        return UNIT * run_layers((self._head, self._answer), "SiLU", np.concatenate([memory, features], axis=1))
+        return UNIT * networks.run((self._head, self._answer), "SiLU", np.concatenate([memory, features], axis=1))
 
     def state(self) -> State:
         """Arrays of all layers by name."""
@@ -72,10 +73,10 @@ class Recurrent:
         return {f"{name}_{part}": array for name, layer in layers for part, array in layer._asdict().items()}
 
     @classmethod
-    def from_state(cls, state: State) -> Self:
+    def of(cls, state: State) -> Self:
         """Network from a state."""
         input_layer, memory_layer, *layers = (
-            dense_of(state, f"{name}_weight", f"{name}_bias", np.float64) for name in LAYERS
+            networks.dense(state, f"{name}_weight", f"{name}_bias", np.float64) for name in LAYERS
         )
         return cls(Gru(input_layer, memory_layer), *layers)
 
@@ -99,7 +100,7 @@ def train(batches: Iterable[TrainingShifts], total: int, features: int, seed: in
     import torch  # noqa: PLC0415 - a second to import, needed for training only
 
     with fit_from(seed):
-        parts = _torch_layers(torch, features, size)
+        parts = _layers(torch, features, size)
         parameters = [number for part in parts for number in part.parameters()]
         optimiser = torch.optim.AdamW(parameters, lr=3e-3, weight_decay=0.1)
         schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, total)
@@ -112,7 +113,7 @@ def train(batches: Iterable[TrainingShifts], total: int, features: int, seed: in
     return Recurrent.from_torch(*parts)
 
 
-def _torch_layers(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
+def _layers(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
     """Unit, head and answer in torch; the answer starts near zero."""
     unit, head = torch.nn.GRUCell(features + 2, size), torch.nn.Linear(size + features, size)
     answer = torch.nn.Linear(size, 2)
@@ -124,7 +125,7 @@ def _torch_layers(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
 
 def _loss(torch: Any, parts: tuple[Any, Any, Any], lessons: TrainingShifts) -> Any:
     """Huber loss of a network's predictions in shifts."""
-    parts_of = (lessons.features, _normalise(lessons.z), _normalise(lessons.true))
+    parts_of = (lessons.features, np.clip(lessons.z / UNIT, -6.0, 6.0), np.clip(lessons.true / UNIT, -6.0, 6.0))
     features, z, true = (torch.as_tensor(part, dtype=torch.float32) for part in parts_of)
     has_landing = torch.as_tensor(lessons.has_landing)
     unit, head, answer = parts
@@ -136,8 +137,3 @@ def _loss(torch: Any, parts: tuple[Any, Any, Any], lessons: TrainingShifts) -> A
         updated = unit(torch.cat([throw, z[:, at]], dim=1), memory)
         memory = torch.where(has_landing[:, at, None], updated, memory)
     return torch.nn.functional.huber_loss(torch.stack(predictions, dim=1), true, delta=1.0)
-
-
-def _normalise(z: Floats) -> Floats:
-    """Landing errors in `UNIT`s, clipped, so that a deflected object only counts as far off."""
-    return np.clip(z / UNIT, -6.0, 6.0)

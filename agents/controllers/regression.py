@@ -19,8 +19,9 @@ from pnt_gym.cells.base.action import Correction
 
 from ..ground.cli import UsageError, check_libraries
 from ..ground.fitting import fit_from
-from ..policies.networks import Layers, arrays_by_name, layers_from_torch, layers_of, numbers_of, run_layers
-from .protocol import Actions, Learner, Observation, Outcome, State, ideal_offset, is_instructive, to_action
+from ..policies import networks
+from ..policies.networks import Layers, layers_from_torch
+from .protocol import Actions, Learner, Observation, Outcome, State, ideal_offsets, is_instructive, to_action
 
 BATCH = 256
 
@@ -64,16 +65,16 @@ class Mlp:
 
     def predict(self, features: Floats) -> Floats:
         """Offsets (N, E) for features (N, D)."""
-        return run_layers(self._layers, "SiLU", features) * self._scale + self._centre
+        return networks.run(self._layers, "SiLU", features) * self._scale + self._centre
 
     def state(self) -> State:
         """Weights and biases by layer, and the scale of the labels."""
-        return {**arrays_by_name(self._layers), "centre": self._centre, "scale": self._scale}
+        return {**networks.arrays(self._layers), "centre": self._centre, "scale": self._scale}
 
     def restore(self, state: State) -> None:
         """Load a fit."""
-        self._layers = layers_of(state, np.float64)
-        self._centre, self._scale = (numbers_of(state[name], 1, np.float64) for name in ("centre", "scale"))
+        self._layers = networks.layers(state, np.float64)
+        self._centre, self._scale = (networks.numbers(state[name], 1, np.float64) for name in ("centre", "scale"))
 
     def _train(self, torch: Any, network: Any, x: Any, y: Any) -> None:
         steps = self._steps or min(max(len(x), 400), 3000)
@@ -249,7 +250,7 @@ class OnPolicyRegression(Learner):
         """Add the throws to the data; renew the fit when a round is over."""
         usable = is_instructive(outcome)
         self._features.append(outcome.observation.features[usable].astype(np.float64))
-        self._shifts.append(ideal_offset(outcome, self._correction)[usable])
+        self._shifts.append(ideal_offsets(outcome, self._correction)[usable])
         self._count += int(usable.sum())
         if self._exploring:
             due = bool(self._rounds) and self._count >= self._rounds[0]

@@ -25,7 +25,7 @@ KINDS: Final = "fiubU"
 """Kinds of these arrays: real and whole numbers, truths and text."""
 
 
-def check_learns(controller: Controller, **options: Any) -> None:
+def check(controller: Controller, **options: Any) -> None:
     """Make sure that a controller learns, if any option that only learning gives an effect was given.
 
     Raises:
@@ -36,9 +36,7 @@ def check_learns(controller: Controller, **options: Any) -> None:
             raise UsageError(f"--{name} has no effect: controller {controller.name!r} has no method `learn`")
 
 
-def practice_steps(
-    controller: Controller, usual: int, practice: int | None, load: Path | None, save: Path | None
-) -> int:
+def steps(controller: Controller, usual: int, practice: int | None, load: Path | None, save: Path | None) -> int:
     """Load a learning controller's state if that is asked for, and return the controller's number of practice steps.
 
     Args:
@@ -52,7 +50,7 @@ def practice_steps(
         UsageError: practice or a file is given for a controller that does not learn, or the file does not fit this
             controller.
     """
-    check_learns(controller, practice=practice)
+    check(controller, practice=practice)
     if not isinstance(controller, Learner):
         for name, file in (("load", load), ("save", save)):
             if file is not None:
@@ -65,7 +63,7 @@ def practice_steps(
 
 def save_state(controller: Learner, path: Path) -> None:
     """Write the learned state of a controller to a .npz file, atomically."""
-    arrays: dict[str, Any] = {"controller": np.array(compatible_names(controller)[0]), **controller.state()}
+    arrays: dict[str, Any] = {"controller": np.array(_names(controller)[0]), **controller.state()}
 
     def write(temporary: Path) -> None:
         with temporary.open("wb") as file:  # given a name, numpy would append a suffix
@@ -80,8 +78,8 @@ def load_state(controller: Learner, path: Path) -> None:
     Raises:
         UsageError: the file is missing or damaged, or belongs to another controller.
     """
-    owner, state = read_state(path)
-    names = compatible_names(controller)
+    owner, state = read(path)
+    names = _names(controller)
     if owner not in names:
         raise UsageError(f"{str(path)!r} was saved by {owner!r}, not by {' or '.join(map(repr, names))}")
     try:
@@ -90,25 +88,20 @@ def load_state(controller: Learner, path: Path) -> None:
     except UsageError:
         raise
     except Exception:
-        raise _state_error(path, owner) from None
+        raise UsageError(f"{str(path)!r} holds no state of {owner!r} that this version can read") from None
     # What was understood is what would be saved.
     if any(np.shape(kept[name]) != state[name].shape for name in kept.keys() & state.keys()):
-        raise _state_error(path, owner)
+        raise UsageError(f"{str(path)!r} holds no state of {owner!r} that this version can read")
 
 
-def _state_error(path: Path, owner: str) -> UsageError:
-    """Error of a state that a controller does not understand."""
-    return UsageError(f"{str(path)!r} holds no state of {owner!r} that this version can read")
-
-
-def compatible_names(controller: Learner) -> tuple[str, ...]:
+def _names(controller: Learner) -> tuple[str, ...]:
     """Names of controllers whose state a controller can load, its own first; adaptive ones contain a static policy."""
     if not isinstance(controller, Adaptive):
         return (controller.name,)
     return (IN_CONTEXT,) if controller.name == IN_CONTEXT else (STATIC, IN_CONTEXT)
 
 
-def read_state(path: Path) -> tuple[str, dict[str, np.ndarray]]:
+def read(path: Path) -> tuple[str, dict[str, np.ndarray]]:
     """Name of the controller in a file, and its state.
 
     Raises:

@@ -274,19 +274,16 @@ class UnseenKinds:
 
     def learn(self, kind: Ints, throws: Floats, z: Floats, rows: Bools) -> None:
         """Update by throws (N, D) of kinds (N,) with landing errors z (N, 2) [m], in the rows that are selected."""
-        self._match_rows(len(kind))
+        if len(self._filters.state) != len(kind):
+            self._begin(len(kind))
         selected = np.flatnonzero(rows & self.is_unseen(kind))
-        self._filters.learn((selected, kind[selected]), _kind_effects(throws[selected]), z[selected])
+        self._filters.learn((selected, kind[selected]), _effects(throws[selected]), z[selected])
 
     def effect(self, kind: Ints, throws: Floats) -> Floats:
         """Expected landing errors of throws (N, D) of kinds (N,): (N, 2) [m]."""
-        self._match_rows(len(kind))
-        return landing_offset(_kind_effects(throws), self._filters.estimate((np.arange(len(kind)), kind)))
-
-    def _match_rows(self, count: int) -> None:
-        """Restart where the number of rows has changed."""
-        if len(self._filters.state) != count:
-            self._begin(count)
+        if len(self._filters.state) != len(kind):
+            self._begin(len(kind))
+        return landing_offset(_effects(throws), self._filters.estimate((np.arange(len(kind)), kind)))
 
     def _begin(self, count: int) -> None:
         variances = np.square(PRIOR)
@@ -294,7 +291,7 @@ class UnseenKinds:
         self._filters = Filters((count, len(self._is_known)), priors, (SHARE, 1.0 - SHARE))
 
 
-def _kind_effects(throws: Floats) -> Floats:
+def _effects(throws: Floats) -> Floats:
     """Effects of a release 1 s later, and 1 m further along and across, on landings (N, 2, 3)."""
     effects_array = np.zeros((len(throws), 2, 3))
     effects_array[:, 0, 0], effects_array[:, 0, 1], effects_array[:, 1, 2] = (

@@ -88,28 +88,28 @@ def main(arguments: Arguments) -> None:
     from .offline import facts_of  # noqa: PLC0415 - as above
 
     if arguments.name is not None:
-        offline.check_name(arguments.name)
+        offline.check(arguments.name)
     home, names = offline.Home.of(arguments.root), (arguments.controller, arguments.env, arguments.level)
     env_id, level, mode = collection_task(*names, arguments.action_mode)
     with closing(open_trial(env_id, level, arguments.num_envs, action_mode=mode)) as trial:
         chosen = {name: getattr(arguments, name) for name in CREW}
         crew, config = Crew(trial, env_id, **chosen), trial.core.config
-        name = arguments.name or offline.proper_name(env_id, config.name, crew.label)
-        home.check_free(name)
+        name = arguments.name or offline.name(env_id, config.name, crew.label)
+        home.check(name)
         whole = config.name if config.ships() else config.model_dump(mode="json")
-        with closing(make_single(env_id, whole, mode)) as single, home.create_dataset(name):
+        with closing(make_single(env_id, whole, mode)) as single, home.create(name):
             offline.check_recoverable(single)
             folder = arguments.work or MADE / "runs" / "dataset" / name
             make_pool = partial(pool, arguments.jobs, arguments.cluster)
             store = EpisodeStore(crew, folder, arguments.throws, arguments.score_throws, make_pool)
             scores, tally = store.scores(), Tally()
             authorship = {name: getattr(arguments, name) for name in ("author", "author_email", "code_permalink")}
-            episodes = tally.count_episodes(store.episodes())
+            episodes = tally.count(store.episodes())
             first = next(episodes)
             facts = facts_of(crew, scores, offline.columns(first), authorship)
             with throws_bar() as bar:
                 offline.write(name, single, chain([first], episodes), facts, packing_progress(bar))
-    store.remove()
+    store.clear()
     console().print(tally.table(name, scores).terminal())
     console().print(f"it lies in {home.folder / name}", markup=False)
 

@@ -22,13 +22,13 @@ from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of, parsed_json
 
 from ..controllers.protocol import Controller, Learner, State
+from ..ground import parcel
 from ..ground.environments import Env, Role, make_vector, stream_seed
 from ..ground.files import check_form
-from ..ground.parcel import user_code_digest
 from ..ground.shipped import module_of
 from ..ground.versions import code_digest
 from ..ground.work import Job, key
-from ..judging.trials import trial_of
+from ..judging import trials
 from .episodes import Episode, Noise, episode_seeds, episodes
 
 CHUNK: Final = 512
@@ -60,7 +60,7 @@ class ControllerRecipe:
 
     Attributes:
         name: name as `--controller` takes it; for a trained policy the name of its folder or file among `files`.
-        files: contents of a trained policy's files by path (see `agents.learning.trained.files_of`).
+        files: contents of a trained policy's files by path (see `agents.learning.trained.files`).
         trust: run code in the files.
         state: learned state; None for a controller that does not learn.
     """
@@ -77,7 +77,7 @@ class ControllerRecipe:
                 (Path(folder) / path).parent.mkdir(parents=True, exist_ok=True)
                 (Path(folder) / path).write_bytes(content)
             name = str(Path(folder) / self.name) if self.files else self.name
-            controller = trial_of(env).controller(name, trust=self.trust)
+            controller = trials.of(env).controller(name, trust=self.trust)
         controller.reset(seed)
         if self.state is not None and isinstance(controller, Learner):
             controller.restore(self.state)
@@ -122,31 +122,21 @@ class Collection:
     def jobs(self, name: str, throws: int) -> list[Job]:
         """Jobs of the chunks that hold a number of throws together, in order; the last episode is completed."""
         size = self.episode * max(1, round(CHUNK / self.episode))
-        digest = self._key()
-        return [
-            Job(f"{name}-{n}", f"{digest}-{least}", partial(collect, self, n, least), least, "npz")
-            for n, least in enumerate(min(size, throws - start) for start in range(0, throws, size))
-        ]
-
-    def _key(self) -> str:
         level = self.level
         level_data, files = (level, ()) if isinstance(level, str) else (level.model_dump(mode="json"), level.files())
-        return key(
+        digest = key(
             env=self.env,
             level=level_data,
             files=[hashlib.sha256(bytes_of(file, MOST_NUMBERS)).hexdigest() for file in files],
             settings=[self.mode, self.num_envs, self.role, self.seed, *self.noise],
             thrower=self.recipe.digest(),
             code=code_digest(_CODE, ["agents.dataset.collection"]),
-            own=[user_code_digest(name) for name in self.modules],
+            own=[parcel.digest(name) for name in self.modules],
         )
-
-    def chunk_noise(self, number: int) -> Noise | None:
-        """Noise on the actions of a chunk, from a random stream that no other draws share; None without noise."""
-        if not self.noise:
-            return None
-        stream = np.random.default_rng([self.seed, zlib.crc32(f"noise {self.role}".encode()), number])
-        return Noise(self.noise[number % len(self.noise)], stream)
+        return [
+            Job(f"{name}-{n}", f"{digest}-{least}", partial(collect, self, n, least), least, "npz")
+            for n, least in enumerate(min(size, throws - start) for start in range(0, throws, size))
+        ]
 
     @property
     def modules(self) -> list[str]:
@@ -161,11 +151,15 @@ def collect(collection: Collection, number: int, throws: int, _folder: Path) -> 
     rows = min(collection.num_envs, -(-throws // collection.episode))  # further rows would simulate unneeded throws
     with closing(make_vector(collection.env, collection.level, rows, 1, collection.mode)) as env:
         controller = collection.recipe.build(env, stream_seed(role, seed, number))
-        noise = collection.chunk_noise(number)
-        return pack_episodes(episodes(controller, env, throws, episode_seeds(role, seed, number), noise))
+        noise = None
+        if collection.noise:
+            # The noise of a chunk comes from a random stream that no other draws share.
+            stream = np.random.default_rng([seed, zlib.crc32(f"noise {role}".encode()), number])
+            noise = Noise(collection.noise[number % len(collection.noise)], stream)
+        return pack(episodes(controller, env, throws, episode_seeds(role, seed, number), noise))
 
 
-def pack_episodes(episode_stream: Iterable[Episode]) -> bytes:
+def pack(episode_stream: Iterable[Episode]) -> bytes:
     """Episodes as a NumPy archive of plain arrays."""
     whole = list(episode_stream)
     arrays: dict[str, Any] = {
@@ -176,16 +170,16 @@ def pack_episodes(episode_stream: Iterable[Episode]) -> bytes:
         "lengths": np.array([len(episode) for episode in whole]),
         "figures": np.array([json.dumps(episode.figures) for episode in whole]),
     }
-    arrays |= _join_arrays("observations", [episode.observations for episode in whole])
-    arrays |= _join_arrays(_INFO, [episode.info for episode in whole])
-    arrays |= _join_arrays("hidden", [episode.hidden for episode in whole])
+    arrays |= _join("observations", [episode.observations for episode in whole])
+    arrays |= _join(_INFO, [episode.info for episode in whole])
+    arrays |= _join("hidden", [episode.hidden for episode in whole])
     file = io.BytesIO()
     np.savez(file, **arrays)
     return file.getvalue()
 
 
-def unpack_episodes(file: Path) -> Iterator[Episode]:
-    """Episodes of an archive that `pack_episodes` has written.
+def unpack(file: Path) -> Iterator[Episode]:
+    """Episodes of an archive that `pack` has written.
 
     Raises:
         UsageError: the file is damaged, or of something else.
@@ -215,29 +209,29 @@ def _episodes(arrays: Mapping[str, NDArray[Any]]) -> Iterator[Episode]:
     count = len(arrays["seed"])
     columns = (
         arrays["seed"].tolist(),
-        _split_arrays("observations", arrays, observation_ends, count),
+        _split("observations", arrays, observation_ends, count),
         np.split(arrays["actions"], throw_ends),
         np.split(arrays["rewards"], throw_ends),
         arrays["terminated"].tolist(),
-        _split_arrays(_INFO, arrays, observation_ends, count),
-        _split_arrays("hidden", arrays, throw_ends, count),
+        _split(_INFO, arrays, observation_ends, count),
+        _split("hidden", arrays, throw_ends, count),
         [dict(parsed_json(text)) for text in arrays["figures"].tolist()],
     )
     return iter([Episode(*row) for row in zip(*columns, strict=True)])
 
 
-def _join_arrays(name: str, parts: list[Any]) -> dict[str, NDArray[Any]]:
+def _join(name: str, parts: list[Any]) -> dict[str, NDArray[Any]]:
     """Concatenated arrays of episodes; arrays in nested mappings are named by their path."""
     if not isinstance(parts[0], Mapping):
         return {name: np.concatenate(parts)}
-    inner = [_join_arrays(f"{name}/{part_name}", [part[part_name] for part in parts]) for part_name in parts[0]]
+    inner = [_join(f"{name}/{part_name}", [part[part_name] for part in parts]) for part_name in parts[0]]
     return {path: array for arrays in inner for path, array in arrays.items()}
 
 
-def _split_arrays(name: str, arrays: Mapping[str, NDArray[Any]], ends: NDArray[Any], count: int) -> list[Any]:
-    """Arrays or nested mappings of each episode, from the arrays that `_join_arrays` has concatenated."""
+def _split(name: str, arrays: Mapping[str, NDArray[Any]], ends: NDArray[Any], count: int) -> list[Any]:
+    """Arrays or nested mappings of each episode, from the arrays that `_join` has concatenated."""
     if name in arrays:
         return np.split(arrays[name], ends)
     below = dict.fromkeys(path[len(name) + 1 :].partition("/")[0] for path in arrays if path.startswith(f"{name}/"))
-    parts = {part_name: _split_arrays(f"{name}/{part_name}", arrays, ends, count) for part_name in below}
+    parts = {part_name: _split(f"{name}/{part_name}", arrays, ends, count) for part_name in below}
     return [{part_name: part[n] for part_name, part in parts.items()} for n in range(count)]

@@ -9,23 +9,23 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Final, final
 
 import numpy as np
-from gymnasium.spaces import Box, Space
+from gymnasium.spaces import Box
 from rich.progress import Progress
 
 from ..controllers.protocol import Controller, Learner
+from ..ground import metrics, shipped
 from ..ground.cli import UsageError, about
 from ..ground.cluster import Needs
 from ..ground.environments import Role
-from ..ground.metrics import mean_of_finite
-from ..ground.shipped import policy_place
 from ..ground.tables import Grid, millimetres, percent, throws_bar
 from ..ground.work import Pool, keep_missing
 from ..judging.trial import Trial
-from ..learning.trained import files_of, resolve_task
-from .collection import Collection, ControllerRecipe, unpack_episodes
+from ..learning import trained
+from . import collection
+from .collection import Collection, ControllerRecipe
 from .episodes import Episode
 
 SHOWN: Final[Mapping[str, tuple[str, Callable[[float], str]]]] = {
@@ -59,7 +59,7 @@ class Tally:
     figures: dict[str, list[float]] = field(default_factory=dict)
     """Values of throws and of whole episodes by the names in `SHOWN` that the environment has."""
 
-    def count_episodes(self, episodes: Iterator[Episode]) -> Iterator[Episode]:
+    def count(self, episodes: Iterator[Episode]) -> Iterator[Episode]:
         """Yield the episodes unchanged, counting each."""
         for episode in episodes:
             self.returns.append(float(episode.rewards.sum()))
@@ -76,7 +76,7 @@ class Tally:
             ("episodes", f"{len(self.returns)}"),
             ("throws", f"{self.throws}"),
             *(
-                (label, show(mean_of_finite(self.figures[key])))
+                (label, show(metrics.mean(self.figures[key])))
                 for key, (label, show) in SHOWN.items()
                 if key in self.figures
             ),
@@ -104,9 +104,9 @@ def collection_task(
     controller: str, env: str | None, level: str | None, mode: str | None
 ) -> tuple[str, str | None, str | None]:
     """Environment id, level and action mode of a collection; level and mode are None for the defaults."""
-    if env is None and not os.path.isdir(policy_place(controller)):
+    if env is None and not os.path.isdir(shipped.place(controller)):
         env, level = "PnTRelease-v0", "waste" if level is None else level
-    return resolve_task(controller, env, level, mode)
+    return trained.resolve(controller, env, level, mode)
 
 
 @final
@@ -140,7 +140,12 @@ class Crew:
         practice: int | None = None,
         noise: Sequence[float] = (),
     ) -> None:
-        _check_noise(noise, trial.env.single_action_space, env_id)
+        # Make sure that noise can act on the actions of an environment.
+        for deviation in noise:
+            if not 0.0 <= deviation <= MOST_NOISE:
+                raise UsageError(f"--noise is {deviation:g}; it must be from 0 to {MOST_NOISE:g}")
+        if noise and not isinstance(trial.env.single_action_space, Box):
+            raise UsageError(f"--noise has no effect: actions of environment {env_id!r} are choices, not numbers")
         missing = [part for part in CORE_ATTRIBUTES if not hasattr(trial.core, part)]
         if missing:
             raise UsageError(f"environment {env_id!r} cannot be collected: its core has no {' and no '.join(missing)}")
@@ -170,13 +175,24 @@ class Crew:
     def collection(self, controller: Controller, policy_name: str, role: Role) -> Collection:
         """Collection of throws by one of the controllers, which first practises if it learns."""
         core, config = self.trial.core, self.trial.core.config
+        state = None
+        if isinstance(controller, Learner):
+            controller.reset(self.seed)
+            with throws_bar() as bar:
+                practice = self.practice(controller)
+                advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=practice))
+                self.trial.practise(controller, practice, self.seed, progress=advance)
+            state = controller.state()
+        place = shipped.place(policy_name)
+        is_trained = os.path.isdir(place) or place.suffix in (".zip", ".npz")
+        files = trained.files(place) if is_trained else {}
         return Collection(
             env=self.env_id,
             level=config.name if config.ships() else config,
             mode=core.action_mode,
             num_envs=self.trial.env.num_envs,
             episode=getattr(core.cell, "episode", 1),
-            recipe=self._recipe(controller, policy_name),
+            recipe=ControllerRecipe(place.resolve().name if is_trained else policy_name, files, self._trust, state),
             role=role,
             seed=self.seed,
         )
@@ -186,20 +202,6 @@ class Crew:
         if not isinstance(controller, Learner):
             return 0
         return self.trial.practice(controller) if self._practice is None else self._practice
-
-    def _recipe(self, controller: Controller, policy_name: str) -> ControllerRecipe:
-        state = None
-        if isinstance(controller, Learner):
-            controller.reset(self.seed)
-            with throws_bar() as bar:
-                practice = self.practice(controller)
-                advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=practice))
-                self.trial.practise(controller, practice, self.seed, progress=advance)
-            state = controller.state()
-        place = policy_place(policy_name)
-        is_trained = os.path.isdir(place) or place.suffix in (".zip", ".npz")
-        files = files_of(place) if is_trained else {}
-        return ControllerRecipe(place.resolve().name if is_trained else policy_name, files, self._trust, state)
 
 
 @final
@@ -235,7 +237,7 @@ class EpisodeStore:
     def episodes(self, name: str = "throws") -> Iterator[Episode]:
         """Episodes of the dataset, of random actions or of the expert, up to the number of throws asked for."""
         throws_done = 0
-        for episode in chain.from_iterable(map(unpack_episodes, self._files[name])):
+        for episode in chain.from_iterable(map(collection.unpack, self._files[name])):
             if throws_done >= self._throws[name]:
                 return
             throws_done += len(episode)
@@ -251,7 +253,7 @@ class EpisodeStore:
         means = [float(np.mean([returns[seed] for seed in common])) for returns in (lowest, highest)]
         return Scores(means[0], means[1], len(common))
 
-    def remove(self) -> None:
+    def clear(self) -> None:
         """Remove the collected throws from the folder, once they are in a dataset."""
         for file in chain.from_iterable(self._files.values()):
             file.unlink(missing_ok=True)
@@ -259,20 +261,7 @@ class EpisodeStore:
             self._folder.rmdir()
 
 
-def _check_noise(noise: Sequence[float], space: Space[Any], env_id: str) -> None:
-    """Make sure that noise can act on the actions of an environment.
-
-    Raises:
-        UsageError: a deviation is out of range, or the actions are choices.
-    """
-    for deviation in noise:
-        if not 0.0 <= deviation <= MOST_NOISE:
-            raise UsageError(f"--noise is {deviation:g}; it must be from 0 to {MOST_NOISE:g}")
-    if noise and not isinstance(space, Box):
-        raise UsageError(f"--noise has no effect: actions of environment {env_id!r} are choices, not numbers")
-
-
 def _describe(controller: Controller, policy_name: str) -> str:
     """Description of a controller: its name and the name of its folder, without the folder's path."""
-    place = policy_place(policy_name)
+    place = shipped.place(policy_name)
     return f"{controller.name} of {place.name}" if os.path.isdir(place) else controller.name

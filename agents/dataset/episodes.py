@@ -76,10 +76,6 @@ class Noise:
     """Standard deviation, in units of an action."""
     generator: np.random.Generator
 
-    def shift_actions(self, actions: Any) -> NDArray[np.float64]:
-        """Actions with noise; they may lie outside of the space."""
-        return np.asarray(actions) + self.deviation * self.generator.standard_normal(np.shape(actions))
-
 
 def episodes(
     controller: Controller, env: Env, throws: int, seeds: Iterator[int], noise: Noise | None = None
@@ -95,7 +91,7 @@ def episodes(
     """
     throws_done = following = 0
     finished: dict[int, Episode] = {}
-    for number, ended in _play_episodes(controller, env, seeds, noise):
+    for number, ended in _play(controller, env, seeds, noise):
         finished[number] = ended
         while following in finished:
             episode = finished.pop(following)
@@ -132,26 +128,27 @@ class _OpenEpisode:
         )
 
 
-def _play_episodes(
-    controller: Controller, env: Env, seeds: Iterator[int], noise: Noise | None
-) -> Iterator[tuple[int, Episode]]:
+def _play(controller: Controller, env: Env, seeds: Iterator[int], noise: Noise | None) -> Iterator[tuple[int, Episode]]:
     """Endless episodes as they end, each with its index among the seeds."""
     begun = zip(count(), seeds, strict=False)
     cores, over = cores_of(env), np.ones(env.num_envs, dtype=np.bool_)
     rows = [_OpenEpisode(*next(begun)) for _ in range(env.num_envs)]
-    observations, coming = _begin_episodes(env, rows, over, {})
+    observations, coming = _begin(env, rows, over, {})
     while True:
         kind = coming.get("kind", np.zeros(env.num_envs))
-        chosen = controller.act(observed(observations, kind))
-        action = _clip_actions(env.single_action_space, chosen if noise is None else noise.shift_actions(chosen))
+        chosen, space = controller.act(observed(observations, kind)), env.single_action_space
+        if noise is not None:
+            chosen = np.asarray(chosen) + noise.deviation * noise.generator.standard_normal(np.shape(chosen))
+        # The episode keeps actions as the environment receives actions: of the space's type, and clipped to the space.
+        action = np.asarray(chosen, dtype=space.dtype)
+        action = np.clip(action, space.low, space.high) if isinstance(space, gym.spaces.Box) else action
         parts = [get_hidden(core) for core in cores]
         hidden = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         observations, reward, terminated, truncated, info = env.step(action)
-        over, infos, last = (
-            terminated | truncated,
-            _throw_infos(info, coming, env.num_envs),
-            _last_observations(env, observations, info),
-        )
+        over, infos = terminated | truncated, _throw_infos(info, coming, env.num_envs)
+        last = list(iterate(env.observation_space, observations))
+        for row in np.flatnonzero(info.get("_final_obs", ())).tolist():  # where an episode has ended
+            last[row] = _row(info["final_obs"], row)
         for row, episode in enumerate(rows):
             episode.observations.append(last[row])
             episode.actions.append(action[row])
@@ -164,10 +161,10 @@ def _play_episodes(
             rows[row] = _OpenEpisode(*next(begun))
         coming = {name: infos[name] for name in coming if name in infos}
         if over.any():
-            observations, coming = _begin_episodes(env, rows, over, coming)
+            observations, coming = _begin(env, rows, over, coming)
 
 
-def _begin_episodes(env: Env, rows: Sequence[_OpenEpisode], chosen: Bools, before: Rows) -> tuple[Any, Rows]:
+def _begin(env: Env, rows: Sequence[_OpenEpisode], chosen: Bools, before: Rows) -> tuple[Any, Rows]:
     """Begin the episodes of some rows; observations of all rows, and info values of their coming throws."""
     seeds = [episode.seed if new else None for episode, new in zip(rows, chosen, strict=True)]
     observations, info = env.reset(seed=seeds, options={"reset_mask": chosen})  # pyright: ignore[reportArgumentType]
@@ -177,12 +174,6 @@ def _begin_episodes(env: Env, rows: Sequence[_OpenEpisode], chosen: Bools, befor
             rows[row].observations.append(observation)
             rows[row].infos.append(_row(coming, row))
     return observations, coming
-
-
-def _clip_actions(space: gym.Space[Any], actions: Any) -> NDArray[Any]:
-    """Actions clipped to the space and of its type, as the environment receives and the episode keeps them."""
-    values = np.asarray(actions, dtype=space.dtype)
-    return np.clip(values, space.low, space.high) if isinstance(space, gym.spaces.Box) else values
 
 
 def _numbers(info: Mapping[str, Any], rows: Sequence[Any]) -> Rows:
@@ -201,7 +192,7 @@ def _throw_infos(info: Mapping[str, Any], coming: Rows, rows: int) -> Rows:
             next one.
         rows: number of rows N.
     """
-    over, final = _episode_over(info, rows), info.get("final_info", {})
+    over, final = np.asarray(info.get("_final_info", np.zeros(rows, dtype=np.bool_))), info.get("final_info", {})
     infos: dict[str, NDArray[Any]] = {}
     for name, values in results(info, rows).items():
         if name not in coming and not name.startswith(FIGURES):
@@ -219,28 +210,15 @@ def _figures(info: Mapping[str, Any], row: int, rows: int) -> dict[str, Any]:
     return {name: np.asarray(final[name][row]).tolist() for name in names}
 
 
-def _episode_over(info: Mapping[str, Any], rows: int) -> Bools:
-    """Mask of the rows whose episodes have ended in a step (N,)."""
-    return np.asarray(info.get("_final_info", np.zeros(rows, dtype=np.bool_)))
-
-
 def _info_mask(info: Mapping[str, Any], name: str, rows: int) -> Bools:
     """Mask of the rows that have a value in a vector info (N,); from `final_info` where an episode has ended."""
     masks = [np.asarray(part.get(f"_{name}", name in part)) for part in (info.get("final_info", {}), info)]
-    return np.where(_episode_over(info, rows), *masks)
+    return np.where(np.asarray(info.get("_final_info", np.zeros(rows, dtype=np.bool_))), *masks)
 
 
 def _select(mask: Bools, values: NDArray[Any], alternatives: NDArray[Any]) -> NDArray[Any]:
     """Values (N, ...) in the rows of a mask, and other values elsewhere."""
     return np.where(mask.reshape(-1, *[1] * (values.ndim - 1)), values, alternatives)
-
-
-def _last_observations(env: Env, observations: Any, info: Mapping[str, Any]) -> list[Any]:
-    """Observation after the throw of each row; the final observation where an episode has ended."""
-    last = list(iterate(env.observation_space, observations))
-    for row in np.flatnonzero(info.get("_final_obs", ())).tolist():
-        last[row] = _row(info["final_obs"], row)
-    return last
 
 
 def _row(values: Any, row: int) -> Any:

@@ -25,7 +25,6 @@ import PIL  # noqa: F401 - Minari needs it and does not say so
 from minari.data_collector import EpisodeBuffer
 from minari.dataset.minari_dataset import DATASET_ID_RE, parse_dataset_id
 from minari.namespace import create_namespace, list_local_namespaces
-from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.features import merge_numbered
@@ -63,13 +62,13 @@ class Home:
         default = os.environ.get(PLACE) or Path.home() / ".minari" / "datasets"
         return cls(Path(default if folder is None else folder).absolute())  # Minari fails on a relative path
 
-    def check_free(self, name: str) -> None:
+    def check(self, name: str) -> None:
         """Make sure that a new dataset can have this name in the folder.
 
         Raises:
             UsageError: the name is not valid, or is taken.
         """
-        check_name(name)
+        check(name)
         if (self.folder / name).exists():
             raise UsageError(f"{name!r} exists already in {str(self.folder)!r}; choose another --name, or remove it")
         for above in Path(name).parents:
@@ -78,7 +77,7 @@ class Home:
                 raise UsageError(f"{name!r} would lie in {place!r}, which Minari takes for a dataset: it holds 'data'")
 
     @contextmanager
-    def create_dataset(self, name: str) -> Generator[None, None, None]:
+    def create(self, name: str) -> Generator[None, None, None]:
         """Let the block create a dataset in a temporary folder, and move the dataset into this one at its end."""
         self.folder.mkdir(parents=True, exist_ok=True)
         sweep(self.folder)
@@ -109,7 +108,7 @@ def _minari_in(folder: Path) -> Generator[None, None, None]:
             os.environ[PLACE] = before
 
 
-def check_name(name: str) -> None:
+def check(name: str) -> None:
     """Make sure that a name is a valid id of a Minari dataset with a version.
 
     Raises:
@@ -137,7 +136,7 @@ def check_recoverable(env: gym.Env[Any, Any]) -> None:
         )
 
 
-def proper_name(env_id: str, level: str, label: str) -> str:
+def name(env_id: str, level: str, label: str) -> str:
     """Default name of a dataset by environment, level and controller."""
     task = re.sub(r"-v\d+$", "", env_id.rpartition(":")[2]).removeprefix("PnT")
     words = re.sub(r"(?<=[a-z\d])(?=[A-Z])", "_", task).lower()
@@ -172,33 +171,32 @@ def write(
         # Minari warns of missing metadata, and Gymnasium of intended bounds.
         warnings.simplefilter("ignore", UserWarning)
         dataset = minari.create_dataset_from_buffers(
-            name, _buffers(first), env, env, data_format="hdf5", jpeg_encoding=False, **facts.minari
+            name, [*map(_buffer, first)], env, env, data_format="hdf5", jpeg_encoding=False, **facts.minari
         )
-        _add_figures(dataset, first)
+        _write(dataset, first)
         for piece in pieces:
-            dataset.update_dataset_from_buffer(_buffers(piece))
-            _add_figures(dataset, piece)
-    _pack(Path(dataset.storage.data_path) / MAIN, progress)
+            dataset.update_dataset_from_buffer([*map(_buffer, piece)])
+            _write(dataset, piece)
+    # Rewrite every array of an HDF5 file in one block, without the index of growing arrays.
+    file = Path(dataset.storage.data_path) / MAIN
+    small = temporary_path(file)
+    with h5py.File(file) as old, h5py.File(small, "w", track_order=True) as new:
+        new.attrs.update(old.attrs)
+        for number, (episode_name, episode) in enumerate(old.items(), start=1):
+            _copy(episode, new.create_group(episode_name))
+            progress(number, len(old))
+    small.replace(file)
     dataset.storage.update_metadata({**facts.ours, "dataset_size": dataset.storage.get_size()})
 
 
 def columns(episode: Episode) -> dict[str, list[str]]:
     """Names of the columns of the arrays `outcome` and `hidden` in `infos`; an array without columns is left out."""
-    outcome = [name for name, values in episode.info.items() if not _is_separate(name, values)]
+    outcome = [name for name, values in episode.info.items() if not (name in SEPARATE or values.ndim > 1)]
     groups = {"outcome": outcome, "hidden": list(episode.hidden)}
     return {name: names for name, names in groups.items() if names}
 
 
-def _is_separate(name: str, values: NDArray[Any]) -> bool:
-    """Whether a value has an array of its own in `infos`; values of several numbers per throw have one."""
-    return name in SEPARATE or values.ndim > 1
-
-
-def _buffers(episodes: Sequence[Episode]) -> list[EpisodeBuffer]:
-    return [_buffer(episode) for episode in episodes]
-
-
-def _add_figures(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> None:
+def _write(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> None:
     """Write the figures of the last episodes of a dataset into the metadata of these episodes."""
     first = dataset.storage.total_episodes - len(episodes)
     entries = [(first + k, dict(episode.figures)) for k, episode in enumerate(episodes) if episode.figures]
@@ -208,7 +206,7 @@ def _add_figures(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> 
 
 def _buffer(episode: Episode) -> EpisodeBuffer:
     last = np.arange(len(episode)) == len(episode) - 1
-    infos = episode.info
+    infos = {name: values == 1.0 if name == "is_success" else values for name, values in episode.info.items()}
     # Minari's info arrays have an entry for the reset, so the hidden values of throw k are entry k + 1, as its outcome.
     hidden = {name: np.concatenate([[np.nan], values]) for name, values in episode.hidden.items()}
     tables = {"outcome": infos, "hidden": hidden}
@@ -220,15 +218,10 @@ def _buffer(episode: Episode) -> EpisodeBuffer:
         terminations=last & episode.terminated,
         truncations=last & (not episode.terminated),
         infos={
-            **{name: _flags(name, values) for name, values in infos.items() if _is_separate(name, values)},
+            **{name: values for name, values in infos.items() if name in SEPARATE or values.ndim > 1},
             **{name: _table(tables[name], names) for name, names in columns(episode).items()},
         },
     )
-
-
-def _flags(name: str, values: NDArray[Any]) -> NDArray[Any]:
-    """`is_success` as booleans; other values unchanged."""
-    return values == 1.0 if name == "is_success" else values
 
 
 def _table(values: Mapping[str, Floats], names: Sequence[str]) -> Floats:
@@ -239,17 +232,6 @@ def _pieces(episodes: Iterable[Episode]) -> Iterator[list[Episode]]:
     remaining = iter(episodes)
     while piece := list(islice(remaining, PIECE)):
         yield piece
-
-
-def _pack(file: Path, progress: Callable[[int, int], None]) -> None:
-    """Rewrite every array of an HDF5 file in one block, without the index of growing arrays."""
-    small = temporary_path(file)
-    with h5py.File(file) as old, h5py.File(small, "w", track_order=True) as new:
-        new.attrs.update(old.attrs)
-        for number, (name, episode) in enumerate(old.items(), start=1):
-            _copy(episode, new.create_group(name))
-            progress(number, len(old))
-    small.replace(file)
 
 
 def _copy(old: h5py.Group, new: h5py.Group) -> None:
@@ -307,7 +289,7 @@ def description(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]
     hidden = "; ".join(f"{quantity.name} [{quantity.unit}], {quantity.meaning}" for quantity in quantities)
     parts = [
         f"Throws of {crew.env_id}, level {core.config.name}, action mode {core.action_mode}, by {crew.algorithm}"
-        f"{_noise_text(crew)}.",
+        f"{_text(crew)}.",
         "Reset the recovered environment with the seed of an episode and give it its actions: with the packages of "
         "`requirements`, observations and rewards are the same bit for bit.",
         "In `infos`, entry k + 1 is of throw k, and entry 0, of the reset, NaN or False; what a reset tells too is of "
@@ -320,7 +302,7 @@ def description(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]
     return " ".join(filter(None, parts))
 
 
-def _noise_text(crew: Crew) -> str:
+def _text(crew: Crew) -> str:
     """Noise on the actions in words; empty without noise."""
     deviations = ", ".join(f"{deviation:g}" for deviation in crew.noise)
     in_turn = ", in turn" if len(crew.noise) > 1 else ""

@@ -38,7 +38,7 @@ class DecisionStep(NamedTuple):
     """Time that the controller took for all decisions [s]."""
 
 
-def line_observation(features: NDArray[Any]) -> Observation:
+def observe(features: NDArray[Any]) -> Observation:
     """Observation of N lines from an environment's observations (N, D); a line has no kind."""
     return Observation(np.asarray(features, dtype=np.float32), np.zeros(len(features), dtype=np.int64))
 
@@ -59,7 +59,7 @@ def work_shifts(act: Act, env: Env, seed: int | list[int], count: int) -> Iterat
     seeds: Any = seed  # vector environments take a seed for each row, which the annotation of their base does not say
     features, _ = env.reset(seed=seeds)
     while (shift < count).any():
-        observation = line_observation(features)
+        observation = observe(features)
         begin = time.perf_counter()
         action = act(observation)
         seconds = time.perf_counter() - begin

@@ -20,7 +20,8 @@ from pnt_gym.cells.line.rows import CHOICES, IDLE_TIME, UNAVAILABLE_X, Choice, R
 from pnt_gym.rows import Rows1, Rows2
 
 from ..controllers.protocol import Controller, Observation
-from .rules import ScoreController, choice_mask, first_of
+from . import rules
+from .rules import ScoreController, choice_mask
 
 
 @final
@@ -60,27 +61,23 @@ class Outlook:
         return options, np.asarray(self.chooser.heirs(robot[options["line"]], kind).any(axis=1))
 
 
-def observe_outlook(core: LineCore) -> Outlook:
+def observe(core: LineCore) -> Outlook:
     """Outlook of lines at their coming decisions."""
     cell = core.cell
     sight = cell.chooser.sight(cell.state, cell.stream, np.arange(core.count))
     riders = take(cell.stream.riders, (sight.line[:, None], sight.seen["index"]))
+    # Objects with measured values instead of true ones; NaN, or -1, where no sensor measures.
+    reported = riders.copy()
+    reported["height"], reported["kind"] = riders["measured_height"], -1
+    reported["seal"] = reported["luck"] = np.nan
     return Outlook(
         sight=sight,
-        riders=report_riders(riders),
+        riders=reported,
         choices=cell.state.choices,
         robot=cell.state.robot,
         speed=core.config.cell.belt.speed,
         chooser=cell.chooser,
     )
-
-
-def report_riders(riders: Rows2[Rider]) -> Rows2[Rider]:
-    """Objects with measured values instead of true ones; NaN, or -1, where no sensor measures."""
-    reported = riders.copy()
-    reported["height"], reported["kind"] = riders["measured_height"], -1
-    reported["seal"] = reported["luck"] = np.nan
-    return reported
 
 
 MAX_DECISIONS: Final = 24
@@ -144,7 +141,10 @@ class Lookahead:
             if incomplete.size == 0:
                 break
             complete = take(plans, np.setdiff1d(np.arange(len(plans.line)), incomplete))
-            plans = self._prune(concatenate_records([complete, *self._extend(outlook, take(plans, incomplete))]))
+            # The best plans of each line, or of each first choice.
+            extended = concatenate_records([complete, *self._extend(outlook, take(plans, incomplete))])
+            group = extended.line * CHOICES + extended.first if self._per_choice else extended.line
+            plans = take(extended, self.best(extended, self._width, group))
         return plans
 
     def worth(self, plans: PartialPlans) -> Floats:
@@ -157,11 +157,6 @@ class Lookahead:
         groups = group[order]
         place = np.arange(len(order)) - np.searchsorted(groups, groups)
         return order[place < count]
-
-    def _prune(self, plans: PartialPlans) -> PartialPlans:
-        """The best plans of each line, or of each first choice."""
-        group = plans.line * CHOICES + plans.first if self._per_choice else plans.line
-        return take(plans, self.best(plans, self._width, group))
 
     def _begin(self, outlook: Outlook, among: Bools) -> PartialPlans:
         """Plans of one decision: some of the choices."""
@@ -204,7 +199,7 @@ class Beam(Controller):
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """The first decision of the best plan of each line (N,)."""
-        line_outlook = observe_outlook(self._core)
+        line_outlook = observe(self._core)
         plans = self._ahead.plans(line_outlook, line_outlook.choices["real"])
         best = self._ahead.best(plans, 1, plans.line)
         choice = np.zeros(len(line_outlook.robot), dtype=np.int64)
@@ -249,7 +244,7 @@ class GuidedBeam(Controller):
         scores: Floats = np.where(choice_mask(features), self._guide.scores(features), -np.inf)
         place = np.argsort(np.argsort(-scores, axis=1, kind="stable"), axis=1)
         among = (place < self._few) & choice_mask(features)
-        plans = self._ahead.plans(observe_outlook(self._core), among)
+        plans = self._ahead.plans(observe(self._core), among)
         worth = np.full(scores.shape, -np.inf)
         np.maximum.at(worth, (plans.line, plans.first), self._ahead.worth(plans))
-        return first_of(np.where(among, scores + self.trust * np.where(among, worth, 0.0), -np.inf))
+        return rules.best(np.where(among, scores + self.trust * np.where(among, worth, 0.0), -np.inf))

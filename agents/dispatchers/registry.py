@@ -11,9 +11,10 @@ from pnt_gym.errors import one_sentence
 from pnt_gym.names import unknown_name
 
 from ..controllers.protocol import Controller
+from ..ground import shipped
 from ..ground.cli import UsageError, about, check_known, settings_of
 from ..ground.environments import Env, core_of
-from ..ground.shipped import DECIDING, LINE, policy_place, shipped_names
+from ..ground.shipped import DECIDING, LINE
 from ..policies.scorer import Scorer
 from .lookahead import Beam, GuidedBeam, Lookahead
 from .rules import IndexRule, RandomChoice, ScoreController, run_scores
@@ -33,7 +34,7 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "price": lambda core, **found: IndexRule("price", "atc", **found),
     "beam": lambda core, **found: Beam("beam", core, **found),
     "price_beam": lambda core, **found: Beam("price_beam", core, **found),
-    GUIDED: lambda core, guide=SEARCHED, **found: GuidedBeam(GUIDED, core, _guide_controller(guide, core), **found),
+    GUIDED: lambda core, guide=SEARCHED, **found: GuidedBeam(GUIDED, core, _make(guide, core), **found),
     SEARCHED: lambda core, **found: ScoreController(SEARCHED, Scorer.linear(**found)),
 }
 _SETTINGS: Final[Mapping[str, Sequence[Callable[..., Any]]]] = {
@@ -68,7 +69,7 @@ def line_core(env: Env) -> LineCore:
     return core
 
 
-def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
+def make(name: str, core: LineCore, **options: Any) -> Controller:
     """Controller of a name with the settings tuned for the level, or a learned controller.
 
     Args:
@@ -81,7 +82,7 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
         UsageError: the name belongs to no controller of a line.
     """
     if name not in _RULES:
-        place = policy_place(name)
+        place = shipped.place(name)
         if os.path.isdir(place) or place.suffix == ".npz":
             with about(f"controller {name!r}"):
                 check_known("setting", options, ())
@@ -90,7 +91,7 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
         if place.suffix == ".npz":
             return ScoreController(place.stem, Scorer.load(place))
         further = ", the folder of a training run, and a scorer's .npz file"
-        raise UsageError(unknown_name("controller of a line", name, (*NAMES, *shipped_names(DECIDING)), further))
+        raise UsageError(unknown_name("controller of a line", name, (*NAMES, *shipped.names(DECIDING)), further))
     with about(f"controller {name!r}"):
         check_known("setting", options, settings_of(*_SETTINGS.get(name, ())))
     tuned_settings = settings(core.config.name, name, len(core.config.robots))
@@ -102,13 +103,13 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
         raise UsageError(f"controller {name!r} has no settings {', '.join(map(str, chosen))}") from None
 
 
-def _guide_controller(name: str, core: LineCore) -> ScoreController:
+def _make(name: str, core: LineCore) -> ScoreController:
     """Scoring controller that guides a planner.
 
     Raises:
         UsageError: no scoring controller has this name.
     """
-    guide = line_controller(name, core)
+    guide = make(name, core)
     if not isinstance(guide, ScoreController):
         raise UsageError(
             f"{GUIDED} has guide {one_sentence(name, 80)!r}; guides are index, the folder of a training run, and a "

@@ -13,7 +13,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE, DecodedObservation, decoded
 from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.planning.dispatch import Candidates, Rule, index
@@ -26,25 +26,15 @@ HALF: Final = 0.5
 """Threshold between the values 0 and 1 of binary entries."""
 
 
-def is_real(observation: DecodedObservation) -> Bools:
-    """Whether each choice exists (N, C)."""
-    return observation.choices["real"] > HALF
-
-
-def expected_value(observation: DecodedObservation) -> Floats:
-    """Value times chance of each choice (N, C)."""
-    return np.exp(observation.choices["ln_rate"]) * observation.choices["cycle"]
-
-
 def candidates(observation: DecodedObservation, value: Floats) -> Candidates:
     """Choices as candidates of the dispatching rules, each with its value (N, C)."""
     choices = observation.choices
     return Candidates(
-        value, choices["cycle"], choices["lift"], choices["lift"] + choices["slack"], is_real(observation)
+        value, choices["cycle"], choices["lift"], choices["lift"] + choices["slack"], observation.choices["real"] > HALF
     )
 
 
-def first_of(worth: Floats) -> NDArray[np.int64]:
+def best(worth: Floats) -> NDArray[np.int64]:
     """The choice of the largest worth in each line (N,); the first one of equals."""
     return worth.argmax(axis=1).astype(np.int64)
 
@@ -67,11 +57,12 @@ class IndexRule(Controller):
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """The best choice of each line (N,)."""
-        return first_of(self.worth(decoded(observation.features)))
+        return best(self.worth(decoded(observation.features)))
 
     def worth(self, observation: DecodedObservation) -> Floats:
         """Index of each choice (N, C); minus infinity for choices that do not exist."""
-        value = expected_value(observation) * np.where(observation.choices["heirs"] > HALF, 1.0 - self.share, 1.0)
+        expected = np.exp(observation.choices["ln_rate"]) * observation.choices["cycle"]
+        value = expected * np.where(observation.choices["heirs"] > HALF, 1.0 - self.share, 1.0)
         return index(self._rule, candidates(observation, value), self.patience)
 
 
@@ -90,8 +81,8 @@ class RandomChoice(Controller):
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """A random choice in each line (N,)."""
-        is_choice = is_real(decoded(observation.features))
-        return first_of(np.where(is_choice, self._generator.random(is_choice.shape), -1.0))
+        is_choice = decoded(observation.features).choices["real"] > HALF
+        return best(np.where(is_choice, self._generator.random(is_choice.shape), -1.0))
 
 
 Scores = Callable[[NDArray[np.float32]], NDArray[np.floating]]
@@ -121,7 +112,7 @@ class ScoreController(Controller):
         """The best choice of each line (N,)."""
         features = observation.features
         worth: Floats = np.where(choice_mask(features), self.scores(features), -np.inf)
-        return first_of(worth)
+        return best(worth)
 
 
 def run_scores(folder: Path, checkpoint: Path | None = None) -> ScoreController:

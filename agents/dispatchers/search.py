@@ -20,8 +20,9 @@ from ..controllers.protocol import Controller, Observation
 from ..dispatchers import settings as tuned
 from ..ground.environments import Env, make_vector
 from ..policies.scorer import NAMES, Scorer
-from .decisions import Progress, line_observation, work_single_shifts
-from .registry import ENV, GUIDED, line_controller, line_core
+from . import decisions, registry
+from .decisions import Progress, work_single_shifts
+from .registry import ENV, GUIDED, line_core
 from .rules import ScoreController
 
 PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
@@ -77,7 +78,7 @@ class ControllerBlocks(Controller):
         parts = np.split(observation.features, len(self._controllers))
         blocks = zip(self._controllers, parts, strict=True)
         return np.concatenate(
-            [np.asarray(controller.act(line_observation(part)), dtype=np.int64) for controller, part in blocks]
+            [np.asarray(controller.act(decisions.observe(part)), dtype=np.int64) for controller, part in blocks]
         )
 
 
@@ -127,7 +128,7 @@ class Bench:
         candidates = list(settings_list)
         with closing(make_vector(ENV, self.level, 1, 1)) as env:
             core = line_core(env)
-            values = self.compare([line_controller(name, core, **settings) for settings in candidates])
+            values = self.compare([registry.make(name, core, **settings) for settings in candidates])
         return [SettingsResult(settings, value) for settings, value in zip(candidates, values, strict=True)]
 
     def try_planner(self, name: str, settings_list: Iterable[Settings]) -> list[SettingsResult]:
@@ -135,30 +136,30 @@ class Bench:
         results: list[SettingsResult] = []
         for settings in settings_list:
             with closing(make_vector(ENV, self.level, len(self.seeds), 1)) as env:
-                controller = line_controller(name, line_core(env), **settings)
+                controller = registry.make(name, line_core(env), **settings)
                 results.append(SettingsResult(settings, shift_values(controller, env, self.seeds, self._progress)))
         return results
 
 
-def best_result(results: Sequence[SettingsResult]) -> SettingsResult:
+def best(results: Sequence[SettingsResult]) -> SettingsResult:
     """The settings with the highest mean value; the first one of equals."""
     return max(results, key=lambda one: float(one.value.mean()))
 
 
-def search_atc(bench: Bench) -> list[SettingsResult]:
-    """Results of the rule `search_atc` with every patience."""
+def atc(bench: Bench) -> list[SettingsResult]:
+    """Results of the rule `atc` with every patience."""
     return bench.try_rule("atc", [{"patience": k} for k in PATIENCE])
 
 
-def search_price(bench: Bench, patience: float) -> list[SettingsResult]:
-    """Results of `search_price`: a coarse grid, every share at the best patience, every patience at the best share.
+def price(bench: Bench, patience: float) -> list[SettingsResult]:
+    """Results of `price`: a coarse grid, every share at the best patience, every patience at the best share.
 
     With different skills of the robots there are several local optima, and the one near ATC's own patience may be the
     worse.
 
     Args:
         bench: bench of the comparison.
-        patience: patience of the tuned ATC rule [s], which equals `search_price` without robots downstream.
+        patience: patience of the tuned ATC rule [s], which equals `price` without robots downstream.
     """
     if len(bench.level.robots) == 1:
         return bench.try_rule("price", [{"patience": patience, "share": 0.0}])
@@ -166,13 +167,13 @@ def search_price(bench: Bench, patience: float) -> list[SettingsResult]:
     results = bench.try_rule("price", [candidate for i, candidate in enumerate(grid) if candidate not in grid[:i]])
     for name, values in (("share", SHARE), ("patience", PATIENCE)):
         known_settings = [candidate.settings for candidate in results]
-        new = [{**best_result(results).settings, name: value} for value in values]
+        new = [{**best(results).settings, name: value} for value in values]
         new = [candidate for candidate in new if candidate not in known_settings]
         results += bench.try_rule("price", new) if new else []
     return results
 
 
-def search_planner(bench: Bench, name: str, rate: float) -> list[SettingsResult]:
+def planner(bench: Bench, name: str, rate: float) -> list[SettingsResult]:
     """Results of beam search with several prices of time, about the tuned ATC rule's value per second [1/s].
 
     `price_beam`: several shares at that price, then several prices at the best share. `guided_beam`: several trusts, at
@@ -184,7 +185,7 @@ def search_planner(bench: Bench, name: str, rate: float) -> list[SettingsResult]
     if name != "price_beam":
         return bench.try_planner(name, [{"price": round(rate * factor, 3)} for factor in PRICE])
     results = bench.try_planner(name, [{"price": round(rate, 3), "share": share} for share in SHARES])
-    share = best_result(results).settings["share"]
+    share = best(results).settings["share"]
     return results + bench.try_planner(name, [{"price": round(rate * factor, 3), "share": share} for factor in AROUND])
 
 
@@ -194,7 +195,7 @@ SPREAD: Final = 0.15
 """Standard deviation of the weights in the first generation about their initial values."""
 
 
-def search_weights(
+def weights(
     bench: Bench, patience: float, generations: int, seed: int, begin: Mapping[str, float] | None = None
 ) -> list[SettingsResult]:
     """Results of the index at the end of a search and of the initial one, with their settings of `index`.
@@ -214,23 +215,18 @@ def search_weights(
     for generation in range(generations):
         candidates = search.ask()
         shifts = bench.other_shifts(EACH, generation)
-        search.tell(
-            candidates, (-_mean_values(shifts, [_index_settings(patience, weights) for weights in candidates])).tolist()
-        )
+        settings = [_settings(patience, weights) for weights in candidates]
+        values = shifts.compare([ScoreController("index", Scorer.linear(**each)) for each in settings])
+        search.tell(candidates, (-values.mean(axis=1)).tolist())
     settings_pair = [
-        _index_settings(patience, search.result.xfavorite),
+        _settings(patience, search.result.xfavorite),
         {"patience": patience, "weights": dict(begin or {})},
     ]
     values = bench.compare([ScoreController("index", Scorer.linear(**settings)) for settings in settings_pair])
     return [SettingsResult(settings, value) for settings, value in zip(settings_pair, values, strict=True)]
 
 
-def _mean_values(bench: Bench, candidates: list[Settings]) -> Floats:
-    """Mean value per minute of some indices (C,)."""
-    return bench.compare([ScoreController("index", Scorer.linear(**settings)) for settings in candidates]).mean(axis=1)
-
-
-def _index_settings(patience: float, weights: Floats) -> Settings:
+def _settings(patience: float, weights: Floats) -> Settings:
     """Settings of a controller `index`."""
     return {
         "patience": patience,

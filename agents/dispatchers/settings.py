@@ -70,13 +70,13 @@ def settings_in(file: Path) -> dict[str, Any]:
         UsageError: the file cannot be read, or holds other data.
     """
     # A link to nowhere is there, and cannot be read.
-    content = (_content(file) or {}) if os.path.lexists(file) else {}
-    if not isinstance(content, dict) or not all(map(_is_settings, content.values())):
+    content = (_read(file) or {}) if os.path.lexists(file) else {}
+    if not isinstance(content, dict) or not all(map(_fits, content.values())):
         raise UsageError(f"{str(file)!r} is not a file of settings by level")
     return content
 
 
-def _is_settings(entry: Any) -> bool:
+def _fits(entry: Any) -> bool:
     """Whether an entry is that of a level: settings by controller, and a number `rate`."""
     if not isinstance(entry, dict):
         return False
@@ -90,7 +90,7 @@ _parsed = lru_cache(maxsize=4)(parsed_yaml)
 """The data of a text, which a plan of a benchmark asks for hundreds of times."""
 
 
-def _content(file: Path) -> Any:
+def _read(file: Path) -> Any:
     """Data of a file of settings; nobody writes to them."""
     try:
         return _parsed(text_of(file, form="YAML"))

@@ -63,10 +63,11 @@ def main(arguments: Arguments) -> None:
     """Fit the log, print what it tells, and write the files asked for."""
     from pnt_gym.cells.conveyor.config import ConveyorConfig
 
+    from . import report
     from .design import POOL, plan_throws
     from .parameters import priors
     from .reading import FEWEST, MOST
-    from .report import plan_grid, twins_grid
+    from .report import plan_grid
 
     at_least(vars(arguments), design=1, twins=1, seed=0, landings=FEWEST)
     at_most(vars(arguments), design=POOL, twins=MOST_TWINS, landings=MOST)
@@ -85,7 +86,7 @@ def main(arguments: Arguments) -> None:
         if arguments.plan is not None:
             deliver_text(arguments.plan, throws.text(config.items))
     if twins is not None:
-        grid = twins_grid(config, parameters, twins, seed, arguments.landings, planned=design is not None)
+        grid = report.grid(config, parameters, twins, seed, arguments.landings, planned=design is not None)
         console().print(grid.terminal())
     if fitted is not None and not fitted.fits:
         raise Exit(MISFIT)
@@ -93,13 +94,13 @@ def main(arguments: Arguments) -> None:
 
 def _fit(arguments: Arguments, config: ConveyorConfig, parameters: tuple[Parameter, ...], path: Path) -> Fitted:
     """Fit a log, print what it tells, and write the files asked for."""
+    from . import reading, writing
     from .fitted import fit_log
-    from .reading import read_log
     from .report import report
     from .words import sentences, tables
-    from .writing import level_text, page
+    from .writing import page
 
-    fitted = fit_log(read_log(path, config), config, parameters)
+    fitted = fit_log(reading.read(path, config), config, parameters)
     samples = fitted.posterior.samples()
     for grid in tables(fitted, samples):
         console().print(grid.terminal())
@@ -107,7 +108,7 @@ def _fit(arguments: Arguments, config: ConveyorConfig, parameters: tuple[Paramet
         console().print(sentence, highlight=False, markup=False, soft_wrap=True)
     source = f"pnt-gym fit {path.name} --level {arguments.level}"
     if arguments.out is not None:
-        deliver_text(arguments.out, level_text(fitted, samples, arguments.level, arguments.out, source))
+        deliver_text(arguments.out, writing.text(fitted, samples, arguments.level, arguments.out, source))
     if arguments.page is not None:
         deliver_text(arguments.page, page(fitted, samples, source))
     if arguments.json is not None:

@@ -23,7 +23,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.errors import PntGymError, one_sentence
 
 from ..ground.cli import UsageError
-from .model import Outcomes, ThrowModel
+from .model import ThrowModel
 from .parameters import Parameter, level_at, values_at
 
 
@@ -42,7 +42,7 @@ def finite_numbers() -> Generator[None]:
         raise _error(one_sentence(error, 120)) from error
 
 
-def check_finite(*numbers: Any) -> None:
+def check(*numbers: Any) -> None:
     """Make sure that the results of a fit are finite.
 
     Raises:
@@ -153,10 +153,8 @@ class Density:
     def scatter(self, z: Floats) -> Scatter:
         """Scatter and mean shift of the throws at standard scores (P,)."""
         config = self.level(z)
-        return self.scatter_of(self.model.outcomes(config), self.model.quick_landings([config])[0])
-
-    def scatter_of(self, outcomes: Outcomes, middle: Floats) -> Scatter:
-        """Scatter from the outcomes of draws, and landings at mean hidden values (N, 2) [m]."""
+        outcomes = self.model.outcomes(config)
+        middle = self.model.quick_landings([config])[0]
         draws, count = self.model.draws, len(middle)
         landing = outcomes.landing.reshape(count, draws, 2)
         holds = outcomes.holds.reshape(count, draws).astype(np.float64)
@@ -181,13 +179,13 @@ class Density:
 
     def landings(self, z: Floats, scatter: Scatter) -> Floats:
         """Mean landings (N, 2) [m] at standard scores (P,)."""
-        return self.landings_at([z], scatter)[0]
+        return self._landings([z], scatter)[0]
 
-    def landings_at(self, scores: Sequence[Floats], scatter: Scatter) -> Floats:
+    def _landings(self, scores: Sequence[Floats], scatter: Scatter) -> Floats:
         """Mean landings (C, N, 2) [m] at several standard scores (P,)."""
         return self.model.quick_landings([self.level(z) for z in scores]) + scatter.shift
 
-    def whiten(self, predicted: Floats, scatter: Scatter) -> Floats:
+    def _whiten(self, predicted: Floats, scatter: Scatter) -> Floats:
         """Landings minus predictions (N, 2) [m], whitened, of throws that have a landing (L, 2)."""
         miss = (self.model.log.landing - predicted)[self.has_landing]
         return np.einsum("nij,nj->ni", scatter.root[self.has_landing], miss)
@@ -214,7 +212,7 @@ class Density:
         return self._residuals(z, scatter, self.landings(z, scatter))
 
     def _residuals(self, z: Floats, scatter: Scatter, predicted: Floats) -> Floats:
-        miss, chances = self.whiten(predicted, scatter), self.chances(z, scatter, predicted)
+        miss, chances = self._whiten(predicted, scatter), self.chances(z, scatter, predicted)
         square = (miss**2).sum(axis=1)
         loss = self._regular(square, scatter)[1]
         robust = miss * np.sqrt(loss / np.maximum(square, 1e-12))[:, None]
@@ -239,7 +237,7 @@ class Density:
     def differences(self, z: Floats, scatter: Scatter, free: Bools) -> Floats:
         """Derivatives of the residuals by the free scores (R, F)."""
         scores = [z, *(z + STEP * np.eye(len(z))[free])]
-        middle, *ends = map(self._residuals, scores, repeat(scatter), self.landings_at(scores, scatter))
+        middle, *ends = map(self._residuals, scores, repeat(scatter), self._landings(scores, scatter))
         return np.stack([(end - middle) / STEP for end in ends], axis=1)
 
     def node(self, start: Floats, free: Bools) -> Node:
@@ -279,8 +277,8 @@ class Density:
         """The mode at scores (P,), with the curvature there."""
         steps = 0.5 * STEP * np.eye(len(z))
         scores = [z, *(z + steps), *(z - steps)]
-        predictions = self.landings_at(scores, scatter)
-        miss, *misses = [self.whiten(predicted, scatter) for predicted in predictions]
+        predictions = self._landings(scores, scatter)
+        miss, *misses = [self._whiten(predicted, scatter) for predicted in predictions]
         chance, *chances = map(self.chances, scores, repeat(scatter), predictions)
         pairs = range(len(z))
         slopes = [(misses[k] - misses[k + len(z)]) / STEP for k in pairs]

@@ -13,7 +13,8 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.environments import core_of, make_vector
 from ..ground.infos import results
-from ..judging.log import ThrowLog, complete_log
+from ..judging import log
+from ..judging.log import ThrowLog
 from .density import Density, finite_numbers
 from .fitted import Fitted
 from .model import ThrowModel
@@ -51,13 +52,13 @@ class DesignPool:
         self._env.reset(seed=seed)
         self._actions = np.random.default_rng((seed, 3)).uniform(-REACH, REACH, (POOL, 2)).astype(np.float32)
         plans, _ = self._core.plan(self._actions)
-        self.log = ThrowLog.of_throws(self._core.context, plans)
+        self.log = ThrowLog.of(self._core.context, plans)
         """The candidates, without results."""
 
     def throw(self, seed: int) -> ThrowLog:
         """The candidates with the results of their throws."""
         _, _, _, _, info = self._env.step(self._actions)
-        return complete_log(self.log, results(info, POOL), self.config, np.random.default_rng((seed, 7)))
+        return log.complete(self.log, results(info, POOL), self.config, np.random.default_rng((seed, 7)))
 
     def close(self) -> None:
         """Close the environment."""
@@ -78,7 +79,7 @@ def information(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Para
     return white * np.sqrt(holds * (1.0 - scatter.astray))[:, None, None]
 
 
-def optimal_throws(
+def choose(
     log: ThrowLog,
     config: ConveyorConfig,
     parameters: Sequence[Parameter],
@@ -126,7 +127,7 @@ def plan_throws(
     """
     with closing(DesignPool(config, seed)) as pool:
         if fitted is None:
-            return take(pool.log, optimal_throws(pool.log, config, parameters, count))
+            return take(pool.log, choose(pool.log, config, parameters, count))
         best = fitted.posterior.best
         before = np.asarray(np.linalg.inv(best.covariance), dtype=np.float64)
-        return take(pool.log, optimal_throws(pool.log, config, parameters, count, best.z, before))
+        return take(pool.log, choose(pool.log, config, parameters, count, best.z, before))

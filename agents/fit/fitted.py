@@ -16,8 +16,9 @@ from pnt_gym.cells.conveyor.objects.drawing import release_delay
 
 from ..ground.fitting import on_one_thread
 from ..judging.log import ThrowLog
-from .density import check_finite, finite_numbers
-from .misfit import LEVEL, TESTS, Finding, find_misfit, scatter_factor
+from . import density, misfit
+from .density import finite_numbers
+from .misfit import LEVEL, TESTS, Finding
 from .parameters import Parameter
 from .posterior import Posterior, SealChance, posterior
 
@@ -167,11 +168,11 @@ def fit_log(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Paramete
         UsageError: log and level are of another kind of cell, or no finite numbers follow from them.
     """
     whole, seals = posterior(log, config, parameters)
-    misfit, scatter = find_misfit(whole.density, whole.best), 1.0
-    factor, chance = scatter_factor(whole.best)
+    findings, scatter = misfit.find(whole.density, whole.best), 1.0
+    factor, chance = misfit.scatter(whole.best)
     if chance < LEVEL / len(TESTS):
         whole, seals = posterior(log, config, parameters, factor)
-        scatter, (factor, _) = factor, scatter_factor(whole.best)
+        scatter, (factor, _) = factor, misfit.scatter(whole.best)
     whole = replace(whole, inflation=max(factor, 1.0))
-    check_finite(whole.best.z, whole.best.covariance, factor, [finding.chance for finding in misfit])
-    return Fitted(log, config, whole, seals, misfit, float(np.sqrt(scatter * max(factor, 1.0))))
+    density.check(whole.best.z, whole.best.covariance, factor, [finding.chance for finding in findings])
+    return Fitted(log, config, whole, seals, findings, float(np.sqrt(scatter * max(factor, 1.0))))

@@ -60,7 +60,7 @@ TESTS: Final = ("draught", "drag", "delay", "scatter")
 """Tests, among which the probability of an alarm is divided."""
 
 
-def scatter_factor(mode: Mode) -> tuple[float, float]:
+def scatter(mode: Mode) -> tuple[float, float]:
     """Factor by which the throws' covariance is larger than assumed, and the probability of so large a scatter.
 
     Raises:
@@ -87,9 +87,9 @@ def scatter_factor(mode: Mode) -> tuple[float, float]:
     return float(np.exp(low)), float(chance)
 
 
-def find_misfit(density: Density, mode: Mode) -> list[Finding]:
+def find(density: Density, mode: Mode) -> list[Finding]:
     """Results of all tests at the maximum of a posterior."""
-    factor, chance = scatter_factor(mode)
+    factor, chance = scatter(mode)
     config, model = density.level(mode.z), density.model
     middle = model.landings(config)
     wind = [(model.landings(config, air) - middle) / DRAUGHT for air in ((DRAUGHT, 0.0), (0.0, DRAUGHT))]

@@ -105,7 +105,16 @@ class ThrowModel:
             belt=config.belt,
         )  # fmt: skip
         self.releases = planner.mover.release_at(self._picks, log.release)
-        _check_speeds(log, self.releases)
+        # The level's limits must give the logged releases.
+        logged, planned = length(log.velocity), self.releases.speed
+        wrong = ~(np.abs(np.nan_to_num(planned) - logged) <= SPEED_TOLERANCE * logged)
+        if wrong.any():
+            first = int(np.flatnonzero(wrong)[0])
+            raise UsageError(
+                f"{wrong.sum()} of {len(log)} releases do not have the speed that the level's limits give on the way "
+                f"from the pick (throw {first + 1}: {logged[first]:.2f} m/s logged, {planned[first]:.2f} m/s by the "
+                "level); check percent, belt.speed, and that pick and release are the cup's"
+            )
         motion = planner.mover.throw(pick, self.releases, limits, self._picks.ceiling)
         self._path, self._release_time = motion.path, motion.release_time
         times = COARSE * np.arange(int(np.floor(motion.release_time.max() / COARSE)) + 1)
@@ -128,14 +137,16 @@ class ThrowModel:
             alike = [index for index, config in enumerate(configs) if config.cup.stiffness == cup]
             contexts = concatenate_records([self._context("mean", configs[index]) for index in alike])
             rows = np.tile(self._hidden["mean"].row, len(alike))
-            flown, _ = self._fly(contexts, rows, _with_longer_steps(configs[alike[0]]))
+            first = configs[alike[0]]
+            flown, _ = self._fly(contexts, rows, first.model_copy(update={"timestep": QUICK * first.timestep}))
             landing[alike] = flown.reshape(len(alike), -1, 2)
         return landing
 
     def outcomes(self, config: ConveyorConfig) -> Outcomes:
         """Outcomes (N x K,) of throws at the draws of their hidden values, K of each throw in a row."""
         context, row = self._context("draws", config), self._hidden["draws"].row
-        landing, touched = self._fly(context, row, _with_longer_steps(config), watch=True)
+        quick = config.model_copy(update={"timestep": QUICK * config.timestep})
+        landing, touched = self._fly(context, row, quick, watch=True)
         landing += (self.landings(config) - self.quick_landings([config])[0])[row]
         return Outcomes(landing, touched, self.seals(config), self._holds(context, row, config))
 
@@ -200,10 +211,6 @@ class ThrowModel:
         return hold.smallest_margin(self._loads[row], self._load_counts[row], config.mismatch)[1] < 0
 
 
-def _with_longer_steps(config: ConveyorConfig) -> ConveyorConfig:
-    return config.model_copy(update={"timestep": QUICK * config.timestep})
-
-
 def _picks(log: ThrowLog, config: ConveyorConfig) -> Floats:
     """Lifts (N, 3) [m]; a height that the log lacks is that of the belt and the object."""
     table = item_arrays(config.item_list())
@@ -212,23 +219,6 @@ def _picks(log: ThrowLog, config: ConveyorConfig) -> Floats:
     return join_columns(log.pick[:, 0], log.pick[:, 1], 0.0) + join_columns(
         np.zeros(len(log)), 0.0, np.where(np.isfinite(log.pick[:, 2]), log.pick[:, 2], top)
     )
-
-
-def _check_speeds(log: ThrowLog, releases: ReleaseBatch) -> None:
-    """Make sure that the level's limits give the logged releases.
-
-    Raises:
-        UsageError: they do not.
-    """
-    logged = length(log.velocity)
-    wrong = ~(np.abs(np.nan_to_num(releases.speed) - logged) <= SPEED_TOLERANCE * logged)
-    if wrong.any():
-        first = int(np.flatnonzero(wrong)[0])
-        raise UsageError(
-            f"{wrong.sum()} of {len(log)} releases do not have the speed that the level's limits give on the way from "
-            f"the pick (throw {first + 1}: {logged[first]:.2f} m/s logged, {releases.speed[first]:.2f} m/s by the "
-            "level); check percent, belt.speed, and that pick and release are the cup's"
-        )
 
 
 def _objects(hidden: Hidden, log: ThrowLog, config: ConveyorConfig, table: ItemTable) -> Objects:
@@ -250,11 +240,11 @@ def _gauge_readings(log: ThrowLog, table: ItemTable) -> Rows1[Measured]:
     """What the gauges read, or the item's own values where the log lacks them."""
     kind = log.kind
 
-    def reading_or(read: Floats, usual: Any) -> Floats:
+    def fill(read: Floats, usual: Any) -> Floats:
         return np.where(np.isfinite(read), read, usual)
 
     return Measured.zeros(
-        len(log), kind=kind, shape=table.shape[kind], size=reading_or(log.size, table.size[kind]),
-        mass=reading_or(log.mass, table.mass[kind]), seal=reading_or(log.seal, table.seal_force[kind]),
-        yaw=reading_or(log.yaw, 0.0), friction=table.cup_friction[kind], grasp_noise=reading_or(log.grasp, 0.0),
+        len(log), kind=kind, shape=table.shape[kind], size=fill(log.size, table.size[kind]),
+        mass=fill(log.mass, table.mass[kind]), seal=fill(log.seal, table.seal_force[kind]),
+        yaw=fill(log.yaw, 0.0), friction=table.cup_friction[kind], grasp_noise=fill(log.grasp, 0.0),
     )  # fmt: skip

@@ -78,10 +78,14 @@ def priors(
     """
     spreads, names = {} if spreads is None else spreads, [parameter.name for parameter in PARAMETERS]
     if not isinstance(spreads, Mapping):
-        raise UsageError(f"prior is {_quote(spreads)}; it must be a mapping from names to standard deviations")
+        raise UsageError(
+            f"prior is {one_sentence(repr(spreads), 80)}; it must be a mapping from names to standard deviations"
+        )
     chosen = names if free is None else free
     if isinstance(chosen, str) or not isinstance(chosen, Sequence):
-        raise UsageError(f"free is {_quote(free)}; it must be a list of names, such as ['valve', 'tau']")
+        raise UsageError(
+            f"free is {one_sentence(repr(free), 80)}; it must be a list of names, such as ['valve', 'tau']"
+        )
     for option, given in {"free": chosen, "prior": [*spreads]}.items():
         with about(option):
             check_known("parameter", given, names)
@@ -90,7 +94,7 @@ def priors(
         sd, low, high = spreads.get(parameter.name, parameter.sd), NARROWEST * parameter.sd, WIDEST * parameter.sd
         if isinstance(sd, bool) or not isinstance(sd, int | float) or not low <= sd <= high:
             valid = f"a standard deviation from {low:g} to {high:g}, {'of the logarithm' if parameter.is_log else 'SI'}"
-            raise UsageError(f"the prior of {parameter.name} is {_quote(sd)}; it must be {valid}")
+            raise UsageError(f"the prior of {parameter.name} is {one_sentence(repr(sd), 80)}; it must be {valid}")
     if config.mismatch == 0.0:
         raise UsageError(f"level {config.name!r} has mismatch 0: nothing hidden acts on its throws; set it to 1")
     present = [p for p in PARAMETERS if p.name in chosen and (p.name != "stiffness" or config.swings)]
@@ -100,10 +104,6 @@ def priors(
         if parameter.is_log and not parameter.read(config) > 0.0:
             raise UsageError(f"{parameter.name} is 0 in level {config.name!r}; a free one must be above 0")
     return tuple(replace(p, mean=p.read(config), sd=float(spreads.get(p.name, p.sd))) for p in present)
-
-
-def _quote(value: object) -> str:
-    return one_sentence(repr(value), 80)
 
 
 def level_at(config: ConveyorConfig, values: Mapping[str, float]) -> ConveyorConfig:

@@ -60,18 +60,15 @@ def seal_chances(model: ThrowModel, config: ConveyorConfig) -> list[SealChance]:
         sealed = log.sealed[rows] == 1.0
         likelihood = np.where(sealed, np.log(seals), np.log1p(-seals)).sum(axis=1)
         prior = PRIOR_TRIES * (usual * np.log(GRID) + (1.0 - usual) * np.log1p(-GRID))
-        mean, low, high = _summary(likelihood + prior)
+        # Mean and ends of the 95 % interval of a density on the grid.
+        log_density = likelihood + prior
+        density = np.exp(log_density - log_density.max())
+        density /= density.sum()
+        low, high = np.interp((0.025, 0.975), np.cumsum(density), GRID)
+        mean, low, high = float(density @ GRID), float(low), float(high)
         model.chances[kind] = mean
         results.append(SealChance(config.items[kind], int(rows.sum()), int(sealed.sum()), mean, low, high))
     return results
-
-
-def _summary(log_density: Floats) -> tuple[float, float, float]:
-    """Mean and ends of the 95 % interval of a density on the grid."""
-    density = np.exp(log_density - log_density.max())
-    density /= density.sum()
-    low, high = np.interp((0.025, 0.975), np.cumsum(density), GRID)
-    return float(density @ GRID), float(low), float(high)
 
 
 COARSE: Final = np.linspace(-2.5, 2.5, 12)
@@ -119,7 +116,7 @@ class Posterior:
         """Samples of the standard scores (S, P)."""
         random, size = np.random.default_rng(seed), len(self.parameters)
         normal = random.standard_normal((count, size))
-        fixed = stiffness_column(self.parameters)
+        fixed = np.array([parameter.name == "stiffness" for parameter in self.parameters])
         if not fixed.any():
             return self.best.z + normal @ np.linalg.cholesky(self.inflation * self.best.covariance).T
         place, share = self._places(random, count)
@@ -134,7 +131,7 @@ class Posterior:
 
     def _places(self, random: np.random.Generator, count: int) -> tuple[np.ndarray, Floats]:
         """Gaps between nodes, and shares of the way through them (S,), drawn from the density of the stiffness."""
-        fixed = stiffness_column(self.parameters)
+        fixed = np.array([parameter.name == "stiffness" for parameter in self.parameters])
         score = np.array([node.z[fixed][0] for node in self.nodes])
         log_density = profile(self.nodes) / self.inflation
         fine = np.linspace(score[0], score[-1], 1001)
@@ -143,11 +140,6 @@ class Posterior:
         drawn = np.interp(random.random(count), cumulated, fine)
         place = np.clip(np.searchsorted(score, drawn) - 1, 0, len(score) - 2)
         return place, (drawn - score[place]) / (score[place + 1] - score[place])
-
-
-def stiffness_column(parameters: Sequence[Parameter]) -> Bools:
-    """Which of the parameters is the lip's stiffness (P,)."""
-    return np.array([parameter.name == "stiffness" for parameter in parameters])
 
 
 def profile(nodes: Sequence[Node]) -> Floats:
@@ -171,7 +163,7 @@ def posterior(
     model = ThrowModel(log, config)
     seals = seal_chances(model, config)
     density = Density(model, parameters, spread)
-    fixed, nodes = stiffness_column(parameters), ()
+    fixed, nodes = np.array([parameter.name == "stiffness" for parameter in parameters]), ()
     middle = np.where(fixed, COARSE[len(COARSE) // 2], 0.0)
     start = Density(model, parameters, WIDE * spread).node(middle, ~fixed).z
     if fixed.any():

@@ -56,7 +56,7 @@ class Span(NamedTuple):
     """Whether the values depend on the item."""
 
 
-def check_ranges(log: ThrowLog, config: ConveyorConfig, throws: Sequence[int]) -> None:
+def check(log: ThrowLog, config: ConveyorConfig, throws: Sequence[int]) -> None:
     """Make sure that every value of a log is in the range of its column.
 
     Args:
@@ -75,7 +75,7 @@ def check_ranges(log: ThrowLog, config: ConveyorConfig, throws: Sequence[int]) -
                 row, unit = int(wrong[0]), COLUMNS[name].unit
                 item = f" for item {config.items[log.kind[row]]!r}" if span.of_item else ""
                 valid = f"from {span.low[row]:.3g} to {span.high[row]:.3g} {unit}{item}"
-                look = _likely_unit(column[wrong], unit, *(part[wrong] for part in (span.low, span.high, span.usual)))
+                look = _text(column[wrong], unit, *(part[wrong] for part in (span.low, span.high, span.usual)))
                 raise UsageError(
                     f"throw {throws[row]} of the log: {name} is {column[row]:g} {unit}; it must be {valid}{look}"
                 )
@@ -95,7 +95,7 @@ def _spans(field: str, log: ThrowLog, config: ConveyorConfig) -> list[Span]:
     return [Span(low * ones, high * ones, usual * ones, False)] * columns
 
 
-def _likely_unit(values: Floats, unit: str, low: Floats, high: Floats, usual: Floats) -> str:
+def _text(values: Floats, unit: str, low: Floats, high: Floats, usual: Floats) -> str:
     """The other unit in which values (M,) are usual ones, as the end of a sentence; empty for none."""
     misses = {
         other: abs(np.log(np.median(np.abs(values) / factor / usual)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -19,7 +19,7 @@ from pnt_gym.reading import ReadError, lines_of
 
 from ..ground.cli import UsageError
 from ..judging.log import COLUMNS, GROUPS, ThrowLog
-from .ranges import check_ranges
+from . import ranges
 
 FEWEST: Final = 10
 """Fewest landings of a fit."""
@@ -41,7 +41,7 @@ SPEED_SHARE: Final = 0.02
 """Relative difference of a logged belt speed from the level's that does not matter."""
 
 
-def read_log(path: Path, config: ConveyorConfig) -> ThrowLog:
+def read(path: Path, config: ConveyorConfig) -> ThrowLog:
     """The log in a CSV file, checked against the level.
 
     Raises:
@@ -54,9 +54,27 @@ def read_log(path: Path, config: ConveyorConfig) -> ThrowLog:
     names = _names(header, path)
     if not body:
         raise UsageError(f"log {str(path)!r} has no throws below its header")
-    log = _log_of(names, body, config)
-    check_ranges(log, config, list(body))
-    return check_log(_drop_duplicates(log), config)
+    kinds: list[int] = []
+    table = {name: np.full(len(body), np.nan) for name in COLUMNS if name != "item"}
+    for index, (number, row) in enumerate(body.items()):
+        if len(row) != len(names):
+            raise UsageError(f"throw {number} of the log has {len(row)} values for {len(names)} columns")
+        for name, text in zip(names, row, strict=True):
+            if name == "item":
+                kinds.append(_kind(text.strip(), number, config))
+            elif name in table:
+                table[name][index] = _number(text.strip(), name, number)
+    fields = {field: _join([table[name] for name in columns]) for field, columns in GROUPS.items()}
+    log = ThrowLog(kind=np.array(kinds, dtype=np.int64), **fields)
+    ranges.check(log, config, list(body))
+    # Throws that repeat the landing of another one, and all else, count once.
+    whole = np.column_stack([log.kind, *(getattr(log, field).reshape(len(log), -1) for field in GROUPS)])
+    _, first = np.unique(np.nan_to_num(whole, nan=-1e9), axis=0, return_index=True)
+    # Two picks alike may both fail; two landings alike are one that was written twice.
+    rows = np.union1d(first, np.flatnonzero(~log.has_landing))
+    if len(rows) < len(log):
+        warnings.warn(f"{len(log) - len(rows)} of {len(log)} throws repeat another one, and count once", stacklevel=2)
+    return check(take(log, rows), config)
 
 
 def _names(header: Sequence[str], path: Path) -> list[str]:
@@ -75,18 +93,18 @@ def _names(header: Sequence[str], path: Path) -> list[str]:
     if twice := [name for name in COLUMNS if names.count(name) > 1]:
         raise UsageError(f"log {str(path)!r} has more than one column {list_names(twice)}; leave one of each")
     unknown = [name for name in names if name and name not in COLUMNS]
-    _check_spelling(path, names, unknown)
+    _check(path, names, unknown)
     missing = [name for name, column in COLUMNS.items() if column.required and name not in names]
     if missing:
         raise UsageError(f"log {str(path)!r} lacks the columns {list_names(missing)}; `docs/fit.md` lists all")
     unknown = [name for name in names if name and name not in COLUMNS]
-    _check_spelling(path, names, unknown)
+    _check(path, names, unknown)
     if unknown:
         warnings.warn(f"columns {list_names(unknown)} of the log are not read", stacklevel=3)
     return names
 
 
-def _check_spelling(path: Path, names: Sequence[str], unknown: Sequence[str]) -> None:
+def _check(path: Path, names: Sequence[str], unknown: Sequence[str]) -> None:
     """Make sure that no unknown column is a misspelled one that the log lacks; other columns are not read.
 
     Raises:
@@ -122,22 +140,6 @@ def _lines(path: Path) -> Iterator[str]:
     return (line for line in lines_of(path, MOST_BYTES, MOST_LINES) if line.strip())
 
 
-def _log_of(names: Sequence[str], body: Mapping[int, Sequence[str]], config: ConveyorConfig) -> ThrowLog:
-    """A log from rows of text by the numbers of their throws."""
-    kinds: list[int] = []
-    table = {name: np.full(len(body), np.nan) for name in COLUMNS if name != "item"}
-    for index, (number, row) in enumerate(body.items()):
-        if len(row) != len(names):
-            raise UsageError(f"throw {number} of the log has {len(row)} values for {len(names)} columns")
-        for name, text in zip(names, row, strict=True):
-            if name == "item":
-                kinds.append(_kind(text.strip(), number, config))
-            elif name in table:
-                table[name][index] = _number(text.strip(), name, number)
-    fields = {field: _join([table[name] for name in columns]) for field, columns in GROUPS.items()}
-    return ThrowLog(kind=np.array(kinds, dtype=np.int64), **fields)
-
-
 def _join(columns: Sequence[Floats]) -> Floats:
     return columns[0] if len(columns) == 1 else np.stack(columns, axis=1)
 
@@ -168,18 +170,7 @@ def _number(text: str, name: str, throw: int) -> float:
     return value
 
 
-def _drop_duplicates(log: ThrowLog) -> ThrowLog:
-    """The log without throws that repeat the landing of another one, and all else."""
-    whole = np.column_stack([log.kind, *(getattr(log, field).reshape(len(log), -1) for field in GROUPS)])
-    _, first = np.unique(np.nan_to_num(whole, nan=-1e9), axis=0, return_index=True)
-    # Two picks alike may both fail; two landings alike are one that was written twice.
-    rows = np.union1d(first, np.flatnonzero(~log.has_landing))
-    if len(rows) < len(log):
-        warnings.warn(f"{len(log) - len(rows)} of {len(log)} throws repeat another one, and count once", stacklevel=3)
-    return take(log, rows)
-
-
-def check_log(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
+def check(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
     """A log whose units, axes and results make sense in a cell, with what the level knows filled in.
 
     Raises:

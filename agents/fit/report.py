@@ -16,9 +16,9 @@ from pnt_gym.names import check_keywords
 from ..ground.cli import UsageError
 from ..ground.tables import Grid, throws_bar
 from ..judging.log import ThrowLog
+from . import reading
 from .fitted import Fitted, fit_log
 from .parameters import PARAMETERS, Parameter, priors
-from .reading import read_log
 from .twins import judge_fit, study_twin
 from .words import sentences
 
@@ -47,7 +47,7 @@ def fit(
         raise UsageError(f"log is {log!r}; it must be a CSV file")
     config = ConveyorConfig.load(level).model_copy(update={"fidelity": "flight"})
     parameters = priors(config, free, prior)
-    fitted = fit_log(read_log(Path(log), config), config, parameters)
+    fitted = fit_log(reading.read(Path(log), config), config, parameters)
     return {"level": str(level), **report(fitted, fitted.posterior.samples())}
 
 
@@ -86,7 +86,7 @@ def plan_grid(log: ThrowLog, config: ConveyorConfig) -> Grid:
     return Grid(f"The next {len(log)} throws", header, rows)
 
 
-def twins_grid(
+def grid(
     config: ConveyorConfig,
     parameters: tuple[Parameter, ...],
     count: int,
@@ -95,7 +95,7 @@ def twins_grid(
     *,
     planned: bool,
 ) -> Grid:
-    """Table of the coverage and the errors of fits of twins, with a progress bar; arguments as of `make_twin`."""
+    """Table of the coverage and the errors of fits of twins, with a progress bar; arguments as of `twins.make`."""
     judged, alarms = list[dict[str, Any]](), 0
     with throws_bar() as bar:
         task = bar.add_task("twins", total=count)

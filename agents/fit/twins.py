@@ -18,7 +18,8 @@ from ..controllers.protocol import Actions, Controller, Observation
 from ..ground.cli import UsageError
 from ..judging.log import Recorder, ThrowLog
 from ..judging.trials import open_trial
-from .design import DesignPool, optimal_throws
+from . import design
+from .design import DesignPool
 from .fitted import Fitted, combinations, fit_log
 from .parameters import Parameter, level_at, priors, values_at
 
@@ -62,7 +63,7 @@ class Draughty(Controller):
         return self._inner.act(observation)
 
 
-def draw_scores(parameters: tuple[Parameter, ...], random: np.random.Generator) -> Floats:
+def _scores(parameters: tuple[Parameter, ...], random: np.random.Generator) -> Floats:
     """Standard scores of hidden parameters (P,), with a valve whose delay is above zero."""
     while True:
         scores = random.standard_normal(len(parameters))
@@ -70,7 +71,7 @@ def draw_scores(parameters: tuple[Parameter, ...], random: np.random.Generator) 
             return scores
 
 
-def make_twin(
+def make(
     config: ConveyorConfig,
     seed: int,
     landings: int,
@@ -92,7 +93,7 @@ def make_twin(
         parameters: the parameters that are not known; None for all.
     """
     parameters, random = parameters or priors(config), np.random.default_rng((seed, 1))
-    scores = draw_scores(parameters, random)
+    scores = _scores(parameters, random)
     drawn = level_at(config, values_at(parameters, scores)).model_dump(exclude_unset=True)
     truth = ConveyorConfig.load(ConveyorConfig.merge(drawn, hidden or {}))
     angle = random.uniform(0.0, 2.0 * np.pi)
@@ -124,7 +125,7 @@ def log_plan(
     with closing(DesignPool(truth, seed)) as pool:
         thrown = pool.throw(seed)
         for throws in range(2 * landings, MOST_THROWS * landings, landings):  # a longer plan begins with a shorter one
-            log = take(thrown, optimal_throws(pool.log, config, parameters, throws))
+            log = take(thrown, design.choose(pool.log, config, parameters, throws))
             if log.has_landing.sum() >= landings:
                 return log
         raise UsageError(f"twin {seed} has fewer than {landings} landings in {MOST_THROWS * landings} planned throws")
@@ -162,8 +163,8 @@ def study_twin(
     parameters: tuple[Parameter, ...] | None = None,
     **options: Any,
 ) -> tuple[Twin, Fitted, float]:
-    """A twin, its fit, and the processor time of the fit [s]; options as of `make_twin`."""
-    twin = make_twin(config, seed, landings, parameters=parameters, **options)
+    """A twin, its fit, and the processor time of the fit [s]; options as of `make`."""
+    twin = make(config, seed, landings, parameters=parameters, **options)
     begin = time.process_time()
     fitted = fit_log(twin.log, config, parameters or priors(config))
     return twin, fitted, time.process_time() - begin

@@ -31,7 +31,7 @@ def tables(fitted: Fitted, samples: Floats) -> list[Grid]:
     """Tables of the parameters, of what is known together, and of the seals."""
     priors = {p.name: p.scale * p.value(np.array([-1.96, 0.0, 1.96])) for p in fitted.posterior.parameters}
     rows = [
-        (part.label, part.text, _prior_text(priors[name]), f"{part.share:.2f}")
+        (part.label, part.text, _text(priors[name]), f"{part.share:.2f}")
         for name, part in fitted.estimates(samples).items()
     ]
     head = f"{int(fitted.log.has_landing.sum())} landings of {len(fitted.log)} throws on level {fitted.config.name}"
@@ -47,20 +47,22 @@ def tables(fitted: Fitted, samples: Floats) -> list[Grid]:
     return grids
 
 
-def _prior_text(values: Floats) -> str:
+def _text(values: Floats) -> str:
     low, middle, high = values
     return f"{middle:.3g} ({low:.3g}..{high:.3g})"
 
 
 def sentences(fitted: Fitted, samples: Floats) -> list[str]:
     """Sentences for people, the verdict on the model last."""
-    return [*_vague(fitted, samples), *_pairs(fitted, samples), *_cameras(fitted), *_modes(fitted, samples),
-            *verdict(fitted)]  # fmt: skip
-
-
-def _vague(fitted: Fitted, samples: Floats) -> list[str]:
     vague = [part.label for part in fitted.estimates(samples).values() if part.share > VAGUE]
-    return [f"This log does not tell {label}: the interval is hardly narrower than the prior." for label in vague]
+    names = {parameter.name for parameter in fitted.posterior.parameters}
+    return [
+        *(f"This log does not tell {label}: the interval is hardly narrower than the prior." for label in vague),
+        *_pairs(fitted, samples),
+        *([BIN_CAMERA] if names & {"camera_x", "camera_y"} else []),
+        *_modes(fitted, samples),
+        *verdict(fitted),
+    ]
 
 
 def _pairs(fitted: Fitted, samples: Floats) -> list[str]:
@@ -85,11 +87,6 @@ def _pairs(fitted: Fitted, samples: Floats) -> list[str]:
 def _best(parts: list[Estimate]) -> str:
     best = min(parts, key=lambda part: part.share)
     return f"{best.label} = {best.text}"
-
-
-def _cameras(fitted: Fitted) -> list[str]:
-    names = {parameter.name for parameter in fitted.posterior.parameters}
-    return [BIN_CAMERA] if names & {"camera_x", "camera_y"} else []
 
 
 def _modes(fitted: Fitted, samples: Floats) -> list[str]:

@@ -28,7 +28,7 @@ STYLE: Final = (
 )
 
 
-def level_text(fitted: Fitted, samples: Floats, base: str, place: Path, source: str) -> str:
+def text(fitted: Fitted, samples: Floats, base: str, place: Path, source: str) -> str:
     """Text of a level with the fitted values, each with its interval in a comment.
 
     Args:

@@ -12,11 +12,7 @@ from ..ground.outputs import check_ending, check_writable, deliver
 from ..ground.tables import Grid, console, throws_bar
 
 if TYPE_CHECKING:
-    from pnt_gym.arrays import Floats
-
-    from .features import PlaceFeatures
     from .network import PlaceNetwork
-    from .scenes import Scenes
 
 
 HELD_OUT: Final = 10_000_000
@@ -73,26 +69,20 @@ def main(arguments: Arguments) -> None:
 def compare(network: PlaceNetwork, arguments: Arguments) -> None:
     """Print how often cups hold at the places of the rules, of the network and of the oracle."""
     from .features import place_features  # noqa: PLC0415 - help comes first
+    from .practice import network_places  # noqa: PLC0415 - as above
+    from .rules import PLACES  # noqa: PLC0415 - as above
     from .scenes import Scenes  # noqa: PLC0415 - as above
 
     rows: list[tuple[str, ...]] = []
     for level in JUDGED:
         scenes = Scenes.draw(level, arguments.judge, HELD_OUT + arguments.seed)
         features = place_features(scenes.images, scenes.radius)
-        for name, places in places_by_name(scenes, features, network).items():
+        by_rule = {name: place(scenes, features) for name, place in PLACES.items()}
+        for name, places in {**by_rule, "networks": network_places(features, network)}.items():
             tries = scenes.try_places(places)
             rows.append((level, name, f"{tries.held.mean():.1%}", f"{tries.kept.mean():.1%}"))
     title = f"{arguments.judge} held-out objects of each"
     console().print(Grid(title, ("level", "places", "held", "kept at 45 %"), rows).terminal())
-
-
-def places_by_name(scenes: Scenes, features: PlaceFeatures, network: PlaceNetwork) -> dict[str, Floats]:
-    """Places (N, 2) of the rules, of the oracle and of the network [m]."""
-    from .practice import network_places  # noqa: PLC0415 - help comes first
-    from .rules import PLACES  # noqa: PLC0415 - as above
-
-    by_rule = {name: place(scenes, features) for name, place in PLACES.items()}
-    return {**by_rule, "networks": network_places(features, network)}
 
 
 if __name__ == "__main__":

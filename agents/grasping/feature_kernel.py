@@ -39,7 +39,7 @@ LEAST_VARIANCE = 0.25
 
 
 @kernel_part
-def _smooth(image: Any, smooth: Floats, valid: Floats) -> None:
+def _blur(image: Any, smooth: Floats, valid: Floats) -> None:
     """Write heights of the pixels that show an object, 0 for the belt [mm], and shares of valid pixels around.
 
     A pixel shows an object where most of the valid pixels around it are high; the height is the mean of these. A
@@ -77,7 +77,7 @@ def _fill(smooth: Floats, part: Ints, stack: Ints, row: int, column: int, label:
 
 
 @kernel_part
-def _find_object(smooth: Floats, part: Ints, stack: Ints) -> int:
+def _find(smooth: Floats, part: Ints, stack: Ints) -> int:
     """Label the connected objects of a picture, and return the label of that nearest to the middle, 0 for none."""
     part[:] = 0
     label, nearest, best = 0, 0, 1e9
@@ -98,7 +98,7 @@ def _find_object(smooth: Floats, part: Ints, stack: Ints) -> int:
 
 
 @kernel_part
-def _write_planes(image: Any, smooth: Floats, planes: Floats) -> None:
+def _write(image: Any, smooth: Floats, planes: Floats) -> None:
     """Write the planes of a picture: what loops over discs read many times."""
     for row in range(PIXELS):
         for column in range(PIXELS):
@@ -194,7 +194,7 @@ def _sum_discs(planes: Floats, row: int, column: int, radius: float, sums: Float
 
 
 @kernel_part
-def _fit_plane(s: Floats) -> tuple[float, float, float]:
+def _fit(s: Floats) -> tuple[float, float, float]:
     """Mean height [mm], slope and variance of the heights around their plane [mm2], from sums over a disc."""
     n = s[N]
     if n < 4.0:
@@ -211,8 +211,8 @@ def _fit_plane(s: Floats) -> tuple[float, float, float]:
 def _write_local(sums: Floats, whole: Floats, features: Floats) -> None:
     """Write the features of a place's surroundings."""
     inner, outer = sums[INNER], sums[OUTER]
-    height, slope_in, rough_in = _fit_plane(inner)
-    outer_height, slope_out, rough_out = _fit_plane(outer)
+    height, slope_in, rough_in = _fit(inner)
+    outer_height, slope_out, rough_out = _fit(outer)
     features[VALID_IN], features[VALID_OUT] = inner[N] / inner[ALL], outer[N] / outer[ALL]
     features[ROUGH_IN], features[ROUGH_OUT] = (
         0.5 * math.log(rough_in + LEAST_VARIANCE),
@@ -260,9 +260,9 @@ def write_features(images: Bytes4, radius: Floats1, of_all: bool, pixels: Ints2,
     whole, sums = np.empty(9), np.empty((2, SUMS))
     total, half = 0, (PIXELS - 1) / 2.0
     for n in range(len(images)):
-        _smooth(images[n], smooth[0], smooth[1])
-        _write_planes(images[n], smooth[0], planes)
-        nearest = _find_object(smooth[0], part, stack)
+        _blur(images[n], smooth[0], smooth[1])
+        _write(images[n], smooth[0], planes)
+        nearest = _find(smooth[0], part, stack)
         labels = part.max() if of_all else nearest
         for label in range(1 if of_all else max(nearest, 1), labels + 1):
             count = _describe(planes, smooth[0], smooth[1], part, label, whole)

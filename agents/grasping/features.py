@@ -91,23 +91,18 @@ def place_features(images: NDArray[np.uint8], radius: Floats, *, of_all: bool = 
         radius: radii of the cups (N,) [m].
         of_all: whether to give the places on all objects, or on the object nearest to the picture's middle.
     """
-    chunks = [
-        _features_of(images[begin : begin + CHUNK], radius[begin : begin + CHUNK], of_all)
-        for begin in range(0, len(images), CHUNK)
-    ]
+    from .feature_kernel import FEATURES, write_features  # noqa: PLC0415 - numba takes a while
+
+    chunks: list[tuple[Ints, Floats]] = []
+    for begin in range(0, len(images), CHUNK):
+        part = np.ascontiguousarray(images[begin : begin + CHUNK])
+        most = len(part) * MOST_PIXELS
+        pixels, values = np.empty((most, 3), dtype=np.int64), np.empty((most, FEATURES))
+        total = write_features(part, np.ascontiguousarray(radius[begin : begin + CHUNK]), of_all, pixels, values)
+        chunks.append((pixels[:total].copy(), values[:total].copy()))
     picture = np.concatenate([pixels[:, 0] + CHUNK * k for k, (pixels, _) in enumerate(chunks)])
     pixel = np.concatenate([pixels[:, 1:] for pixels, _ in chunks])
     return PlaceFeatures(picture, pixel, np.concatenate([values for _, values in chunks]), len(images))
-
-
-def _features_of(images: NDArray[np.uint8], radius: Floats, of_all: bool) -> tuple[Ints, Floats]:
-    """Picture, row and column (T, 3) and features (T, 26) of the places in a few pictures."""
-    from .feature_kernel import FEATURES, write_features  # noqa: PLC0415 - numba takes a while
-
-    most = len(images) * MOST_PIXELS
-    pixels, values = np.empty((most, 3), dtype=np.int64), np.empty((most, FEATURES))
-    total = write_features(np.ascontiguousarray(images), np.ascontiguousarray(radius), of_all, pixels, values)
-    return pixels[:total].copy(), values[:total].copy()
 
 
 BLUR: Final = 0.0045
@@ -117,10 +112,10 @@ BLUR: Final = 0.0045
 def blur_maps(maps: Floats, deviation: float | tuple[float, float] = BLUR) -> Floats:
     """Maps (N, 48, 48) averaged over errors with a standard deviation [m], across and along the belt; 0 outside."""
     across, along = deviation if isinstance(deviation, tuple) else (deviation, deviation)
-    return _blur_axis(_blur_axis(maps, along, 2), across, 1)
+    return _blur(_blur(maps, along, 2), across, 1)
 
 
-def _blur_axis(maps: Floats, deviation: float, axis: int) -> Floats:
+def _blur(maps: Floats, deviation: float, axis: int) -> Floats:
     """Maps averaged along an axis by a normal distribution's weights."""
     pixel = pixel_places()[0, 1, 0] - pixel_places()[0, 0, 0]
     reach = int(np.ceil(3.0 * deviation / pixel))

@@ -15,7 +15,8 @@ from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
 from ..ground.fitting import fit_from
-from ..policies.networks import Dense, Layers, arrays_by_name, layers_of, numbers_of, run_layers, sigmoid
+from ..policies import networks
+from ..policies.networks import Dense, Layers, sigmoid
 from .features import NAMES
 
 MEMBERS: Final = 4
@@ -70,12 +71,14 @@ class PlaceNetwork:
         values = (features[:, self._columns] - self._centre) / self._scale
         total = np.zeros(len(features))
         for layers in self._members:
-            total += sigmoid(run_layers(layers, "SiLU", values)[:, 0])
+            total += sigmoid(networks.run(layers, "SiLU", values)[:, 0])
         return total / len(self._members)
 
     def state(self) -> dict[str, Any]:
         """Arrays by name, for a file."""
-        arrays = {f"{name}_of_{k}": a for k, one in enumerate(self._members) for name, a in arrays_by_name(one).items()}
+        arrays = {
+            f"{name}_of_{k}": a for k, one in enumerate(self._members) for name, a in networks.arrays(one).items()
+        }
         return {**arrays, "columns": self._columns, "centre": self._centre, "scale": self._scale}
 
     def restore(self, state: Mapping[str, NDArray[Any]]) -> None:
@@ -89,13 +92,13 @@ class PlaceNetwork:
         for k in range(MEMBERS):
             ending = f"_of_{k}"
             members.append(
-                layers_of({n.removesuffix(ending): a for n, a in state.items() if n.endswith(ending)}, np.float64)
+                networks.layers({n.removesuffix(ending): a for n, a in state.items() if n.endswith(ending)}, np.float64)
             )
-        columns = numbers_of(state.get("columns", np.arange(self._inputs)), 1, np.int64).astype(np.int64)
+        columns = networks.numbers(state.get("columns", np.arange(self._inputs)), 1, np.int64).astype(np.int64)
         fits = all(layers[0].weight.shape[1] == len(columns) for layers in members)
         if not fits or not set(columns) <= set(range(self._inputs)):
             raise ValueError("features that do not fit to the layers")
-        centre, scale = (numbers_of(state[name], 1, np.float64) for name in ("centre", "scale"))
+        centre, scale = (networks.numbers(state[name], 1, np.float64) for name in ("centre", "scale"))
         if not centre.shape == scale.shape == columns.shape or not (scale > 0.0).all():
             raise ValueError("units that do not fit to the features")
         self._members, self._columns, self._centre, self._scale = tuple(members), columns, centre, scale

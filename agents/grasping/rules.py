@@ -41,12 +41,12 @@ COLOURED: Final = Weights(rough_in=0.0, rough_out=1.0, distance=1.0, slope=8.0, 
 """The best of the settings with colour by the same number of tries."""
 
 
-def centroid_places(features: PlaceFeatures) -> Floats:
+def centroid(features: PlaceFeatures) -> Floats:
     """The place nearest to the middle of what each picture shows (N, 2) [m]."""
     return features.best(-features.column("distance"))
 
 
-def rule_scores(features: PlaceFeatures, weights: Weights) -> Floats:
+def scores(features: PlaceFeatures, weights: Weights) -> Floats:
     """Scores (T,) of places."""
     column = features.column
     odd = np.abs(column("gray_in") - column("object_gray")) + np.abs(column("warm_in") - column("object_warm"))
@@ -60,43 +60,43 @@ def rule_scores(features: PlaceFeatures, weights: Weights) -> Floats:
 def mean_scores(features: PlaceFeatures, weights: Weights = TUNED) -> Floats:
     """Scores (T,) of places, averaged over the error of the cup's place."""
     row, column = features.pixel.T
-    scores = blur_maps(features.maps(rule_scores(features, weights), 0.0))
+    maps = blur_maps(features.maps(scores(features, weights), 0.0))
     # Places beside the object have no score, so a mean is one over the places that have.
     weight = blur_maps(features.maps(np.ones(len(row)), 0.0))
-    return scores[features.picture, row, column] / weight[features.picture, row, column]
+    return maps[features.picture, row, column] / weight[features.picture, row, column]
 
 
-def rule_places(features: PlaceFeatures, weights: Weights = TUNED) -> Floats:
+def places(features: PlaceFeatures, weights: Weights = TUNED) -> Floats:
     """The places with the highest mean scores (N, 2) [m]."""
     return features.best(mean_scores(features, weights))
 
 
-def flattest_places(features: PlaceFeatures) -> Floats:
+def flattest(features: PlaceFeatures) -> Floats:
     """The flattest places under the lip (N, 2) [m], naively: no more than the least roughness."""
     return features.best(-features.column("rough_in"))
 
 
-def oracle_maps(scenes: Scenes) -> Floats:
+def maps(scenes: Scenes) -> Floats:
     """Exact expected worths (N, 48, 48) of tries with the cup sent to each pixel.
 
     Everything hidden is known, but not the error of the cup's place and the luck of a try.
     """
     places = pixel_places().reshape(1, -1, 2) - scenes.middle[:, None]
-    worth = scenes.expected_worth(places).reshape(-1, 48, 48)
+    worth = scenes.worth(places).reshape(-1, 48, 48)
     return blur_maps(worth, scenes.placing)
 
 
 def oracle_places(scenes: Scenes) -> Floats:
     """The places with the highest exact expected worths (N, 2) [m]."""
-    return np.concatenate([best_places(oracle_maps(part)) for part in scenes.parts(100)])
+    return np.concatenate([best_places(maps(part)) for part in scenes.parts(100)])
 
 
 PLACES: Final[dict[str, Callable[[Scenes, PlaceFeatures], Floats]]] = {
     "centre": lambda scenes, features: np.zeros_like(scenes.middle),
-    "centroid": lambda scenes, features: centroid_places(features),
-    "flattest, naive": lambda scenes, features: flattest_places(features),
-    "flattest, tuned": lambda scenes, features: rule_places(features, TUNED),
-    "flattest, tuned with colour": lambda scenes, features: rule_places(features, COLOURED),
+    "centroid": lambda scenes, features: centroid(features),
+    "flattest, naive": lambda scenes, features: flattest(features),
+    "flattest, tuned": lambda scenes, features: places(features, TUNED),
+    "flattest, tuned with colour": lambda scenes, features: places(features, COLOURED),
     "oracle": lambda scenes, features: oracle_places(scenes),
 }
 """Places (N, 2) [m] by the rules and by the oracle, by the names of tables."""
@@ -111,7 +111,7 @@ STAGES: Final = 3
 """Rounds; each leaves a quarter of the settings, and takes the same number of tries."""
 
 
-def colour_settings(weights: Weights) -> tuple[Weights, ...]:
+def settings(weights: Weights) -> tuple[Weights, ...]:
     """64 settings with colour and gloss around a setting without."""
     return tuple(
         weights._replace(matte=matte, odd=odd, distance=weights.distance * factor)
@@ -130,7 +130,7 @@ def tune(level: str, settings: Sequence[Weights], tries: int, seed: int) -> Weig
         for k, weights in enumerate(left):
             scenes = Scenes.draw(level, count, 100_000 * (seed + 1) + 1000 * stage + k)
             features = place_features(scenes.images, scenes.radius)
-            scores.append(float(scenes.try_places(rule_places(features, weights)).worth.mean()))
+            scores.append(float(scenes.try_places(places(features, weights)).worth.mean()))
         keep = max(len(left) // 4, 1) if stage < STAGES - 1 else 1
         left = [left[k] for k in np.argsort(scores)[::-1][:keep]]
     return left[0]

@@ -131,7 +131,7 @@ class Scenes:
         held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)), self.surface)
         return Tries(held, held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0), force)
 
-    def expected_worth(self, places: Floats) -> Floats:
+    def worth(self, places: Floats) -> Floats:
         """Expected worths (N, P) of tries with the cup at true places (N, P, 2) from the outlines' middles [m]."""
         force = seal_at(self.surfaces, self.objects, places).force
         least = least_force(self.objects, self.surface)[:, None]
@@ -162,12 +162,12 @@ POROUS, TIGHT = (3.0, 30.0), (0.3, 0.8)
 def with_drawn_kinds(level: str, count: int, seed: int) -> GraspConfig:
     """A level with a number of drawn kinds beside its own."""
     config = GraspConfig.load(level)
-    kinds = [_draw_kind(f"drawn_{k}", np.random.default_rng([seed, k])) for k in range(count)]
+    kinds = [_draw(f"drawn_{k}", np.random.default_rng([seed, k])) for k in range(count)]
     names = [kind["name"] for kind in kinds]
     return GraspConfig.load({"base": level, "items": [*config.items, *names], "extra_items": kinds})
 
 
-def _draw_kind(name: str, random: np.random.Generator) -> dict[str, Any]:
+def _draw(name: str, random: np.random.Generator) -> dict[str, Any]:
     """A kind as a level gives it; what is not drawn is typical of the shape."""
     shape = str(random.choice([*TYPICAL]))
     length, width, height = (_between(random, *share) for share in SIZES)

@@ -153,8 +153,13 @@ def run(
         parsed = _parse(arguments, f"python -m {module_name(name)}" if command_line is None else name, command_line)
         with warnings.catch_warnings():
             warnings.showwarning = lambda message, *_, **__: print(f"warning: {one_sentence(message)}", file=sys.stderr)
-            with handle_signals(interrupt), _printing(parsed), user_code("a module or class of yours"):
-                check_once({name: value for name, value in vars(parsed).items() if _is_names(value)})
+            options = vars(parsed)
+            # Printed text goes to standard error if an option makes the command write to standard output.
+            is_output = any(is_printed(value) for value in options.values() if isinstance(value, Path))
+            printing = contextlib.redirect_stdout(sys.stderr) if is_output else contextlib.nullcontext()
+            with handle_signals(interrupt), printing, user_code("a module or class of yours"):
+                lists = {name: value for name, value in options.items() if isinstance(value, tuple)}
+                check_once({name: value for name, value in lists.items() if all(isinstance(v, str) for v in value)})
                 command(parsed)
     except (PntGymError, OSError, MemoryError) as error:
         print(f"error: {describe_error(error)}", file=sys.stderr)
@@ -240,17 +245,6 @@ def check_once(options: Mapping[str, Iterable[Any]]) -> None:
         for value, count in Counter(values).items():
             if count > 1:
                 raise UsageError(f"{option}: {one_sentence(repr(value), 80)} is given {count} times; give it once")
-
-
-def _is_names(value: Any) -> bool:
-    """Whether the value of an option is a list of names."""
-    return isinstance(value, tuple) and all(isinstance(name, str) for name in value)
-
-
-def _printing(arguments: Any) -> contextlib.AbstractContextManager[object]:
-    """Context that redirects printed text to standard error if an option makes the command write to standard output."""
-    places = [value for value in vars(arguments).values() if isinstance(value, Path)]
-    return contextlib.redirect_stdout(sys.stderr) if any(map(is_printed, places)) else contextlib.nullcontext()
 
 
 def _parse(arguments: type[Arguments], program: str, command_line: Sequence[str] | None) -> Arguments:

@@ -23,10 +23,11 @@ from typing import Any, Final
 
 from pnt_gym.errors import one_sentence
 
+from . import parcel, work
 from .cli import UsageError
-from .parcel import check_identity, identity, pack
+from .parcel import identity, pack
 from .streams import handle_signals, interrupt
-from .work import Completion, Job, Pool, processes, run_job
+from .work import Completion, Job, Pool, processes
 
 RETRIES: Final = 10
 """Number of times that a job is repeated after its machine or process died."""
@@ -77,13 +78,13 @@ def _on_cluster(
 
     for job in jobs:
         _serialise(job)
-    _check_answers(address)
+    _check(address)
     head_identity = identity(needs.modules, needs.torch)
     with TemporaryDirectory() as folder:
         pack(Path(folder), needs.modules)
         ray.init(address=address, runtime_env={"working_dir": folder, "env_vars": ALONE}, **_QUIET)
         try:
-            _cores(ray)
+            _count(ray)
             remote: Any = ray.remote(num_cpus=1, max_retries=RETRIES)(_self_contained_call(__name__))
             with handle_signals(interrupt):  # Ray has put a handler of its own in place
                 yield _completions(
@@ -117,40 +118,36 @@ def on_node(job_bytes: bytes, head_identity: Mapping[str, str], modules: Sequenc
     """Do a job on a machine of the cluster, after checking that the machine computes the same results."""
     _check_once(tuple(head_identity.items()), tuple(modules), torch)
     with TemporaryDirectory() as folder:
-        return run_job(pickle.loads(job_bytes), Path(folder))._replace(where=f" on {socket.gethostname()}")
+        return work.run(pickle.loads(job_bytes), Path(folder))._replace(where=f" on {socket.gethostname()}")
 
 
 @cache
 def _check_once(head_identity: tuple[tuple[str, str], ...], modules: tuple[str, ...], torch: bool) -> None:
-    check_identity(dict(head_identity), modules, torch)
+    parcel.check(dict(head_identity), modules, torch)
 
 
 def _completions(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> Iterator[tuple[Job, Completion]]:
     """Jobs as they end; only enough are submitted at a time to keep all cores busy, because a job may hold a policy."""
     queue, tasks = iter(jobs), dict[Any, Job]()
     while True:
-        room = AHEAD * _cores(ray) - len(tasks)
+        room = AHEAD * _count(ray) - len(tasks)
         tasks |= {begin(job): job for job in islice(queue, max(room, 0))}
         if not tasks:
             return
         ended, _ = ray.wait([*tasks], timeout=LOOK)
         for task in ended:
-            yield tasks.pop(task), _result(ray, task)
+            try:
+                outcome = ray.get(task)
+            except ray.exceptions.RayTaskError as error:
+                raise error.cause from None
+            except ray.exceptions.RayError as error:
+                raise UsageError(f"the cluster could not do a job; run the command again to go on: {error}") from None
+            if isinstance(outcome, str):
+                raise UsageError(outcome)
+            yield tasks.pop(task), outcome
 
 
-def _result(ray: Any, task: Any) -> Completion:
-    try:
-        outcome = ray.get(task)
-    except ray.exceptions.RayTaskError as error:
-        raise error.cause from None
-    except ray.exceptions.RayError as error:
-        raise UsageError(f"the cluster could not do a job; run the command again to go on: {error}") from None
-    if isinstance(outcome, str):
-        raise UsageError(outcome)
-    return outcome
-
-
-def _cores(ray: Any) -> int:
+def _count(ray: Any) -> int:
     """Number of cores in the cluster.
 
     Raises:
@@ -162,7 +159,7 @@ def _cores(ray: Any) -> int:
     return count
 
 
-def _check_answers(address: str) -> None:
+def _check(address: str) -> None:
     """Make sure that a Ray cluster answers and accepts this machine; Ray itself would try for many minutes.
 
     Raises:
@@ -185,13 +182,9 @@ def _check_answers(address: str) -> None:
     except subprocess.TimeoutExpired:
         raise UsageError(f"no Ray cluster answers at {address!r} within {ANSWER:.0f} s; {hint}") from None
     if process.returncode != 0:
-        reason = _last_line(process.stderr)
+        # End of a traceback as one sentence, from the line with the error's name on.
+        lines = process.stderr.strip().splitlines()
+        first = next((n for n in reversed(range(len(lines))) if lines[n][:1].isalpha() and "Error: " in lines[n]), -1)
+        reason = one_sentence(" ".join(lines[first:]))
         advice = f"; {hint}" if reason.startswith("ConnectionError") else ""
         raise UsageError(f"the cluster at {address!r} cannot be joined: {reason}{advice}")
-
-
-def _last_line(traceback: str) -> str:
-    """End of a traceback as one sentence, from the line with the error's name on."""
-    lines = traceback.strip().splitlines()
-    first = next((n for n in reversed(range(len(lines))) if lines[n][:1].isalpha() and "Error: " in lines[n]), -1)
-    return one_sentence(" ".join(lines[first:]))

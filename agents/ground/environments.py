@@ -60,7 +60,7 @@ def import_user_module(name: str) -> ModuleType:
         raise UsageError(f"module {name!r} cannot be imported: {reason}") from error
 
 
-def find_environment(env_id: str) -> EnvSpec:
+def find(env_id: str) -> EnvSpec:
     """Gymnasium's spec of an environment; for MODULE:ID the module is imported first.
 
     Raises:
@@ -75,16 +75,14 @@ def find_environment(env_id: str) -> EnvSpec:
     if name in gym.registry:
         return gym.registry[name]
     if module:
-        own = [key for key, spec in gym.registry.items() if _module_of(spec) == module]
+        own: list[str] = []
+        for key, spec in gym.registry.items():
+            point = spec.entry_point
+            place = point.partition(":")[0] if isinstance(point, str) else getattr(point, "__module__", "")
+            own += [key] if place == module else []
         raise UsageError(f"module {module!r}: {unknown_name('environment', name, own, ', registered with Gymnasium')}")
     further = ", and MODULE:ID for one that MODULE registers"
     raise UsageError(unknown_name("environment", name, pnt_gym.ENV_IDS, further))
-
-
-def _module_of(spec: EnvSpec) -> str:
-    """Module of an environment's class."""
-    entry = spec.entry_point
-    return entry.partition(":")[0] if isinstance(entry, str) else getattr(entry, "__module__", "")
 
 
 def make_vector(
@@ -108,9 +106,9 @@ def make_vector(
         UsageError: there is no such environment, it has no core, or it takes no level or action mode.
         ConfigError: there is no such level or action mode, or the level describes no working cell.
     """
-    spec = find_environment(env_id)
+    spec = find(env_id)
     entry = spec.vector_entry_point or spec.entry_point
-    settings = _usable_settings(spec, entry, {"level": level, "action_mode": action_mode, "threads": threads})
+    settings = _settings(spec, entry, {"level": level, "action_mode": action_mode, "threads": threads})
     if level is not None and "level" not in settings:
         raise UsageError(f"environment {env_id!r} takes no level")
     options: dict[str, Any] = {}
@@ -118,7 +116,7 @@ def make_vector(
         options = {"vectorization_mode": "sync", "vector_kwargs": {"autoreset_mode": AutoresetMode.SAME_STEP}}
     with _translate_errors(env_id):
         env = gym.make_vec(spec, num_envs=num_envs, **settings, **options)
-    if action_mode not in (None, _require_core(env, env_id).action_mode):
+    if action_mode not in (None, _check(env, env_id).action_mode):
         raise UsageError(f"environment {env_id!r} takes no action mode but its own")
     return env
 
@@ -129,11 +127,11 @@ def make_single(env_id: str, level: str | Mapping[str, Any], action_mode: str | 
     Raises:
         UsageError: the environment has no single form.
     """
-    spec = find_environment(env_id)
+    spec = find(env_id)
     if spec.entry_point is None:
         raise UsageError(f"environment {env_id!r} has no single form")
     with _translate_errors(env_id):
-        return gym.make(spec, **_usable_settings(spec, spec.entry_point, {"level": level, "action_mode": action_mode}))
+        return gym.make(spec, **_settings(spec, spec.entry_point, {"level": level, "action_mode": action_mode}))
 
 
 def config_of(env_id: str, level: str | Path | LevelConfig | Mapping[str, Any] | None = None) -> Any:
@@ -143,7 +141,7 @@ def config_of(env_id: str, level: str | Path | LevelConfig | Mapping[str, Any] |
         UsageError: there is no such environment, or it has no core.
         ConfigError: there is no such level.
     """
-    spec = find_environment(env_id)
+    spec = find(env_id)
     with _translate_errors(env_id):
         kind: Any = load_env_creator(spec.entry_point) if isinstance(spec.entry_point, str) else spec.entry_point
     if hasattr(kind, "load_config"):
@@ -172,7 +170,7 @@ def _translate_errors(env_id: str) -> Generator[None, None, None]:
         raise UsageError(f"environment {env_id!r} cannot be made: {one_sentence(error)}") from error
 
 
-def _usable_settings(spec: EnvSpec, entry: Any, settings: Mapping[str, Any]) -> dict[str, Any]:
+def _settings(spec: EnvSpec, entry: Any, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Settings that are not None and that the environment's entry point accepts."""
     names = _parameters(spec, entry)
     return {name: v for name, v in settings.items() if v is not None and (names is None or name in names)}
@@ -200,12 +198,12 @@ def as_vector(env: gym.Env[Any, Any] | Env) -> Env:
         return as_vector(SyncVectorEnv([lambda: env], autoreset_mode=AutoresetMode.SAME_STEP))
     if not isinstance(env, VectorEnv):
         raise UsageError(f"env is {one_sentence(repr(env), 80)}; it must be an id or an environment")
-    check_autoreset(env)
-    _require_core(env, type(env.unwrapped).__name__ if env.spec is None else env.spec.id)
+    check(env)
+    _check(env, type(env.unwrapped).__name__ if env.spec is None else env.spec.id)
     return env
 
 
-def check_autoreset(env: Env) -> None:
+def check(env: Env) -> None:
     """Make sure that every step of a vector environment is a throw in every row, as SAME_STEP autoreset guarantees.
 
     Raises:
@@ -232,7 +230,7 @@ def get_hidden(core: Any) -> dict[str, Floats]:
     return getattr(core, "hidden", dict)()
 
 
-def _require_core(env: Env, name: str) -> Core:
+def _check(env: Env, name: str) -> Core:
     try:
         return core_of(env)
     except AttributeError:

@@ -92,18 +92,18 @@ def _comment(text: str, indent: str) -> str:
 
 def assumed_text(config: LevelConfig) -> str:
     """A sentence on each item of a level's own with values that the level does not give; empty where there is none."""
-    texts = {name: [f"{key} {_short(v)}" for key, v in values.items()] for name, values in config.assumed().items()}
+    texts = {name: [f"{key} {_text(v)}" for key, v in values.items()] for name, values in config.assumed().items()}
     return "\n".join(f"{name}: assumed, as the level does not say: {', '.join(text)}" for name, text in texts.items())
 
 
-def assumed_values(config: Any) -> dict[str, Any]:
+def values(config: Any) -> dict[str, Any]:
     """What is assumed of a level's own items, as an entry of a result; empty where nothing is."""
     values = config.assumed() if isinstance(config, LevelConfig) else {}
     items = {name: {key: _plain(value) for key, value in of_item.items()} for name, of_item in values.items()}
     return {"assumed": items} if items else {}
 
 
-def show_assumed(config: Any) -> None:
+def show(config: Any) -> None:
     """Print what is assumed of a level's own items, if anything is."""
     text = assumed_text(config) if isinstance(config, LevelConfig) else ""
     if text:
@@ -117,7 +117,7 @@ def _plain(value: Any) -> Any:
     return [_plain(part) for part in value] if isinstance(value, tuple) else value
 
 
-def _short(value: Any) -> str:
+def _text(value: Any) -> str:
     if isinstance(value, tuple) and any(isinstance(part, BaseModel) for part in value):
         return f"({len(value)} of them)"
     return f"{value:g}" if isinstance(value, float) else str(value)
@@ -138,7 +138,7 @@ def shipped_levels() -> list[tuple[str, type[LevelConfig], str]]:
     return [(family, kind, name) for family, kind in FAMILIES.items() for name in kind.level_names()]
 
 
-def find_level(text: str) -> tuple[str, type[LevelConfig], str]:
+def find(text: str) -> tuple[str, type[LevelConfig], str]:
     """Family, class and name or file of a level.
 
     Args:
@@ -151,7 +151,18 @@ def find_level(text: str) -> tuple[str, type[LevelConfig], str]:
     if family in FAMILIES and (name in FAMILIES[family].level_names() or Path(name).suffix):
         return family, FAMILIES[family], name
     if Path(text).suffix:
-        family = _family_of(text)
+        # The family of a level's file: the one that has most of the file's keys, and its base.
+        try:
+            data = yaml_of(text)
+        except ReadError as error:
+            raise UsageError(f"cannot read level file {text!r}: {error}") from None
+        keys = set(data) if isinstance(data, dict) else set()
+        base = data.get("base") if keys else None
+        scores = {
+            family: 2 * len(keys & set(kind.model_fields)) + (base in kind.level_names())
+            for family, kind in FAMILIES.items()
+        }
+        family = max(scores, key=lambda family: scores[family])
         return family, FAMILIES[family], text
     families = [family for family, kind in FAMILIES.items() if text in kind.level_names()]
     if len(families) == 1:
@@ -162,24 +173,9 @@ def find_level(text: str) -> tuple[str, type[LevelConfig], str]:
     raise UsageError(unknown_name("level", text, names, ", or give a YAML file"))
 
 
-def _family_of(file: str) -> str:
-    """The family of a level's file: the one that has most of the file's keys, and its base."""
-    try:
-        data = yaml_of(file)
-    except ReadError as error:
-        raise UsageError(f"cannot read level file {file!r}: {error}") from None
-    keys = set(data) if isinstance(data, dict) else set()
-    base = data.get("base") if keys else None
-    scores = {
-        family: 2 * len(keys & set(kind.model_fields)) + (base in kind.level_names())
-        for family, kind in FAMILIES.items()
-    }
-    return max(scores, key=lambda family: scores[family])
-
-
-def full_text(text: str) -> str:
+def text(text: str) -> str:
     """Every setting of a level as YAML; comments say which values of items are assumed."""
-    _, kind, name = find_level(text)
+    _, kind, name = find(text)
     config = kind.load(name)
     notes = "".join(f"# {line}\n" for line in assumed_text(config).splitlines())
     return notes + yaml_text(config.model_dump(mode="json"))

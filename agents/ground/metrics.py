@@ -152,7 +152,7 @@ def interquartile_mean(values: ArrayLike) -> float:
     return float(rows[cut : len(rows) - cut].mean())
 
 
-def mean_of_finite(values: ArrayLike) -> float:
+def mean(values: ArrayLike) -> float:
     """Mean of the finite values; NaN where there is none, as before the first successful pick."""
     numbers = np.asarray(values)
     return float(numbers[np.isfinite(numbers)].mean()) if np.isfinite(numbers).any() else np.nan
@@ -175,13 +175,13 @@ def throughput(success: ArrayLike, cycle_time: ArrayLike) -> Throughput:
     return Throughput(60.0 * len(seconds) / total, 60.0 * float(successes.sum()) / total, total / len(seconds))
 
 
-def mean_interval(values: ArrayLike) -> Interval:
+def interval(values: ArrayLike) -> Interval:
     """Mean of values (N,) with its bootstrap percentile interval."""
     (rows,) = _columns(values=values)
-    return _percentiles(float(rows.mean()), _resampled_sums(rows) / len(rows))
+    return _interval(float(rows.mean()), _sample(rows) / len(rows))
 
 
-def mean_difference(a: ArrayLike, b: ArrayLike) -> Interval:
+def difference(a: ArrayLike, b: ArrayLike) -> Interval:
     """Mean of a - b over throws (N,) of the same objects, with its paired bootstrap interval.
 
     Throws in which either value is not finite are left out.
@@ -190,7 +190,7 @@ def mean_difference(a: ArrayLike, b: ArrayLike) -> Interval:
         MetricError: the arrays differ in shape.
     """
     x, y = _columns(a=a, b=b)
-    return mean_interval((x - y)[np.isfinite(x) & np.isfinite(y)])
+    return interval((x - y)[np.isfinite(x) & np.isfinite(y)])
 
 
 def rate_difference(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLike, time_b: ArrayLike) -> Interval:
@@ -214,10 +214,10 @@ def rate_difference(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLik
         return 60.0 * (successes_a / seconds_a - successes_b / seconds_b)
 
     columns = np.stack([sa, ta, sb, tb], axis=1)
-    return _percentiles(float(rate(*columns.sum(axis=0))), rate(*_resampled_sums(columns).T))
+    return _interval(float(rate(*columns.sum(axis=0))), rate(*_sample(columns).T))
 
 
-def _resampled_sums(rows: Floats) -> Floats:
+def _sample(rows: Floats) -> Floats:
     """Sums over the rows (N, ...) of each bootstrap resample (RESAMPLES, ...)."""
     counts = _resample_counts(len(rows))
     blocks = range(0, RESAMPLES, _BLOCK)
@@ -236,7 +236,7 @@ def _resample_counts(count: int) -> NDArray[np.uint16]:
     return np.concatenate(blocks).astype(np.uint16).reshape(RESAMPLES, count)
 
 
-def _percentiles(value: float, drawn: Floats) -> Interval:
+def _interval(value: float, drawn: Floats) -> Interval:
     tail = 50.0 * (1.0 - CONFIDENCE)
     low, high = np.percentile(drawn, [tail, 100.0 - tail])
     return Interval(value, float(low), float(high))

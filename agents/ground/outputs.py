@@ -36,12 +36,21 @@ def deliver(path: Path, write: Callable[[Path], object]) -> None:
         place = destination(path)
         # No file can be renamed to a stream or a device.
         if stream_of(place) is not None or (place.exists() and not place.is_file()):
-            _pour(place, write)
+            # Let `write` fill a temporary file, and write its content to a stream or a device.
+            with TemporaryDirectory() as folder:
+                file = Path(folder) / place.name
+                write(file)
+                content = file.read_bytes()
+            stream = stream_of(place)
+            for printed in (sys.stdout, sys.stderr):
+                printed.flush()
+            with open(place, "wb") if stream is None else os.fdopen(os.dup(stream), "wb") as target:
+                target.write(content)
         else:
             place.parent.mkdir(parents=True, exist_ok=True)
             replace_file(place, write)
     except OSError as error:
-        raise _write_error(path, str(error.strerror)) from None
+        raise _error(path, str(error.strerror)) from None
 
 
 def deliver_text(path: Path, text: str) -> None:
@@ -60,19 +69,6 @@ def deliver_json(path: Path, data: Any, *, indent: int | None = 1) -> None:
         UsageError: the path cannot be written.
     """
     deliver_text(path, json_text(data, indent=indent))
-
-
-def _pour(place: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a temporary file, and write its content to a stream or a device."""
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / place.name
-        write(file)
-        content = file.read_bytes()
-    stream = stream_of(place)
-    for printed in (sys.stdout, sys.stderr):
-        printed.flush()
-    with open(place, "wb") if stream is None else os.fdopen(os.dup(stream), "wb") as target:
-        target.write(content)
 
 
 def check_ending(option: str, path: Path | None, endings: Sequence[str]) -> None:
@@ -114,33 +110,30 @@ def check_writable(*paths: Path | None) -> None:
     """
     for path in paths:
         if path is not None:
-            _check_place(path)
+            _check(path)
 
 
-def _check_place(path: Path) -> None:
+def _check(path: Path) -> None:
     try:
         place = destination(path)
         if stream_of(place) is not None:
             return
-        if place.exists() and (reason := _refusal(os.stat(place).st_mode)):
-            raise _write_error(path, f"it is {reason}")
+        kinds = {"a folder": stat.S_ISDIR, "a disk": stat.S_ISBLK, "a socket": stat.S_ISSOCK}
+        mode = os.stat(place).st_mode if place.exists() else 0
+        for kind, is_kind in kinds.items():
+            if is_kind(mode):
+                raise _error(path, f"it is {kind}")
         missing = [folder for folder in place.parents if not folder.exists()]
         place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise _write_error(path, str(error.strerror)) from None
+        raise _error(path, str(error.strerror)) from None
     is_open = os.access(place if place.exists() and not place.is_file() else place.parent, os.W_OK)
     for folder in missing:
         with suppress(OSError):  # another command may have written there meanwhile
             folder.rmdir()
     if not is_open:
-        raise _write_error(path, "its folder is read-only")
+        raise _error(path, "its folder is read-only")
 
 
-def _write_error(path: Path, reason: str) -> UsageError:
+def _error(path: Path, reason: str) -> UsageError:
     return UsageError(f"cannot write {one_sentence(repr(str(path)), 200)}: {reason}")
-
-
-def _refusal(mode: int) -> str:
-    """Name of a place's kind by its mode, if nothing may be written there; else empty."""
-    kinds = {"a folder": stat.S_ISDIR, "a disk": stat.S_ISBLK, "a socket": stat.S_ISSOCK}
-    return next((name for name, test in kinds.items() if test(mode)), "")

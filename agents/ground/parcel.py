@@ -46,7 +46,12 @@ def pack(folder: Path, modules: Iterable[str]) -> None:
     for part in PARTS:
         _copy(CODE / part, folder / part)
     for top in sorted({name.partition(".")[0] for name in modules} - {*PARTS}):
-        source = _source(top)
+        # The file of a module, or the folder of a package.
+        package = import_user_module(top)
+        if package.__file__ is None:
+            raise UsageError(f"module {top!r} lies in no file, so it cannot be sent to a node; give it an __init__.py")
+        file = Path(package.__file__).resolve()
+        source = file.parent if hasattr(package, "__path__") else file
         size = sum(path.stat().st_size for path in (source, *source.rglob("*")) if path.is_file())
         if size > _MOST:
             raise UsageError(
@@ -62,17 +67,8 @@ def _copy(source: Path, target: Path) -> None:
         shutil.copyfile(source, target)
 
 
-def _source(module: str) -> Path:
-    """The file of a module, or the folder of a package."""
-    package = import_user_module(module)
-    if package.__file__ is None:
-        raise UsageError(f"module {module!r} lies in no file, so it cannot be sent to a node; give it an __init__.py")
-    file = Path(package.__file__).resolve()
-    return file.parent if hasattr(package, "__path__") else file
-
-
 @cache
-def user_code_digest(module: str) -> str:
+def digest(module: str) -> str:
     """Digest of the code of a user's module or package."""
     package = import_user_module(module)
     file = Path(package.__file__ or "")
@@ -89,7 +85,7 @@ def identity(modules: Iterable[str], torch: bool) -> dict[str, str]:
     return dict(_identity(modules, torch))
 
 
-def check_identity(head_identity: Mapping[str, str], modules: Iterable[str], torch: bool) -> None:
+def check(head_identity: Mapping[str, str], modules: Iterable[str], torch: bool) -> None:
     """Make sure that this process computes the same as another one; `head_identity` is the other one's `identity`.
 
     The comparison stops at the first difference, before arithmetic that depends on differing packages.
@@ -117,7 +113,7 @@ def _identity(modules: Iterable[str], torch: bool) -> Iterator[tuple[str, str]]:
     yield "code", code_digest(_TEXTS)
     # A machine that received the code need not have the package installed.
     yield from ((name, version) for name, version in versions().items() if name != "pnt_gym")
-    yield from ((f"module {name}", user_code_digest(name)[:12]) for name in modules)
+    yield from ((f"module {name}", digest(name)[:12]) for name in modules)
     yield "arithmetic", arithmetic()
     if torch:
         yield "torch's arithmetic", torch_arithmetic()

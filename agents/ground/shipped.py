@@ -63,12 +63,12 @@ def is_shipped(name: str) -> bool:
     return name.startswith(PREFIX)
 
 
-def shipped_names(policies: Mapping[str, ShippedPolicy]) -> list[str]:
+def names(policies: Mapping[str, ShippedPolicy]) -> list[str]:
     """Names of shipped policies as commands take them."""
     return [f"{PREFIX}{name}" for name in policies]
 
 
-def policy_place(name: str | Path) -> Path:
+def place(name: str | Path) -> Path:
     """Folder or file of a policy: a shipped one by its name, or a path in the working folder or among shipped files.
 
     Raises:
@@ -78,7 +78,7 @@ def policy_place(name: str | Path) -> Path:
         return at(name) if str(name) else Path(name)
     short = name.removeprefix(PREFIX)
     if short not in POLICIES:
-        raise UsageError(unknown_name("shipped policy", name, shipped_names(POLICIES)))
+        raise UsageError(unknown_name("shipped policy", name, names(POLICIES)))
     return SHIPPED / "results" / "policies" / POLICIES[short].place
 
 

@@ -69,15 +69,12 @@ class Grid(NamedTuple):
         return table
 
     def _right(self) -> list[bool]:
-        """Which columns hold figures."""
-        columns = list(zip(self.header, *self.rows, strict=True))
-        return [False, *(_are_figures(cells) for _, *cells in columns[1:])]
-
-
-def _are_figures(cells: Sequence[str]) -> bool:
-    """Whether at least half of the cells that are not empty are figures."""
-    filled = [cell for cell in cells if cell not in NONE]
-    return 2 * sum(FIGURE.match(cell) is not None for cell in filled) >= len(filled)
+        """Which columns hold figures: at least half of the cells that are not empty are figures."""
+        right = [False]
+        for _, *cells in list(zip(self.header, *self.rows, strict=True))[1:]:
+            filled = [cell for cell in cells if cell not in NONE]
+            right.append(2 * sum(FIGURE.match(cell) is not None for cell in filled) >= len(filled))
+        return right
 
 
 def markdown_text(text: str) -> str:
@@ -99,7 +96,7 @@ def console(*, stderr: bool = False) -> Console:
 def settings_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, Any]]) -> Table:
     """Table of a line's controllers: best settings, value per minute, and paired gain over the tuned ATC rule."""
     lines = [
-        [name, settings_text(settings), interval_text(metrics.mean_interval(value)), gain_text(value, base)]
+        [name, settings_text(settings), interval_text(metrics.interval(value)), gain_text(value, base)]
         for name, settings, value, base in rows
     ]
     return Grid(title, ("controller", "settings", "value/min (95 % interval)", "over tuned atc"), lines).terminal()
@@ -117,15 +114,15 @@ def gain_text(value: Any, base: Any) -> str:
     if base is None or value is base:
         return "-"
     shared = min(len(value), len(base))
-    return interval_text(metrics.mean_difference(value[:shared], base[:shared]), "+")
+    return interval_text(metrics.difference(value[:shared], base[:shared]), "+")
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:
     """Settings as text on one line."""
-    return ", ".join(f"{name} {_setting_text(value)}" for name, value in settings.items())
+    return ", ".join(f"{name} {_text(value)}" for name, value in settings.items())
 
 
-def _setting_text(value: Any) -> str:
+def _text(value: Any) -> str:
     if isinstance(value, Mapping):
         return f"({settings_text(value)})"
     return value if isinstance(value, str) else f"{value:g}"
@@ -144,12 +141,6 @@ def percent(share: float | None) -> str:
 def millimetres(metres: float) -> str:
     """Text of a length [m] in millimetres."""
     return f"{1000 * metres:.1f} mm"
-
-
-def success_text(summary: Summary) -> str:
-    """Text of a summary's success rate with its interval."""
-    low, high = summary["success_low"], summary["success_high"]
-    return f"{100 * summary['success_rate']:.1f} % ({100 * low:.1f}..{100 * high:.1f})"
 
 
 FIRST: Final = 30.0

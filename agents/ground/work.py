@@ -145,20 +145,20 @@ def _side_by_side(
     Raises:
         UsageError: a process died, for instance for lack of memory.
     """
-    pool = start_processes(min(count, len(jobs)))
+    pool = _start(min(count, len(jobs)))
     try:
         with block_signals():
-            futures = {pool.submit(run_job, job, folder): job for job in jobs}
+            futures = {pool.submit(run, job, folder): job for job in jobs}
         yield ((futures[future], future.result()) for future in as_completed(futures))
     except BrokenProcessPool:
         raise UsageError(
             "a worker process died, perhaps for lack of memory; run the command again with fewer --jobs to go on"
         ) from None
     finally:
-        end_processes(pool)
+        _end(pool)
 
 
-def start_processes(count: int) -> ProcessPoolExecutor:
+def _start(count: int) -> ProcessPoolExecutor:
     """Processes of one thread each, which end with this process."""
     os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit the variable: more threads would compete for the cores
     spawning = multiprocessing.get_context("spawn")
@@ -167,14 +167,14 @@ def start_processes(count: int) -> ProcessPoolExecutor:
         return ProcessPoolExecutor(count, spawning, initializer=_end_with_parent)
 
 
-def end_processes(pool: ProcessPoolExecutor) -> None:
+def _end(pool: ProcessPoolExecutor) -> None:
     """End processes at once, whatever they do."""
     pool.shutdown(wait=False, cancel_futures=True)
     for process in multiprocessing.active_children():
         process.kill()  # workers block all other signals
 
 
-def run_job(job: Job, folder: Path) -> Completion:
+def run(job: Job, folder: Path) -> Completion:
     """Run a job; its result as file content, and its duration."""
     began = time.perf_counter()
     with user_code(f"{job.name}: a module or class of yours"):
@@ -224,7 +224,7 @@ class LimitedWorker:
             UnfinishedError: the call took too long, or the process died.
         """
         if self._pool is None:
-            self._pool = start_processes(1)
+            self._pool = _start(1)
             self._pool.submit(_begin).result()  # the start of the process takes no time of the call
         with block_signals():
             future = self._pool.submit(function, *arguments)
@@ -240,7 +240,7 @@ class LimitedWorker:
     def close(self) -> None:
         """End the process; the next call starts another one."""
         if self._pool is not None:
-            end_processes(self._pool)
+            _end(self._pool)
         self._pool = None
 
 

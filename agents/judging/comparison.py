@@ -17,12 +17,12 @@ from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.environments import Env, stream_seed
 from ..ground.metrics import CONFIDENCE, Interval
 from ..ground.versions import versions
+from . import trials
 from .evaluation import env_name, open_cells
 from .figures import Figure
 from .record import Record
 from .sequential import ConfidenceSequence
 from .trial import Trial
-from .trials import trial_of
 
 BUDGET: Final = 5
 """Default budget of a comparison, as a multiple of the number of units of an evaluation."""
@@ -88,6 +88,12 @@ class Pair:
     def first(self) -> ConfidenceSequence:
         """Confidence sequence of the figure that decides."""
         return next(iter(self.sequences.values()))
+
+    def as_json(self, within_margin: bool) -> dict[str, Any]:
+        """All figures as JSON values; `within_margin` says whether the first difference is small."""
+        figures = {name: sequence.as_json() for name, sequence in self.sequences.items()}
+        head = {"a": self.names[0], "b": self.names[1], "settled": self.settled, "within_margin": within_margin}
+        return {**head, "figures": figures, "trace": [list(entry) for entry in self.trace]}
 
 
 @final
@@ -174,7 +180,7 @@ class Comparison:
             "margin": self._margin,
             "settled": all(pair.settled is not None for pair in self.pairs),
             "figures": {name: _as_json(measure) for name, measure in self.measures.items()},
-            "pairs": [self._pair_as_json(pair) for pair in self.pairs],
+            "pairs": [pair.as_json(self._is_small(pair)) for pair in self.pairs],
             "sentences": [self.sentence(pair) for pair in self.pairs],
             "notes": self.notes(),
             "versions": versions(),
@@ -205,11 +211,6 @@ class Comparison:
 
     def _is_small(self, pair: Pair) -> bool:
         return self._margin is not None and pair.first.is_within(self._margin)
-
-    def _pair_as_json(self, pair: Pair) -> dict[str, Any]:
-        figures = {name: sequence.as_json() for name, sequence in pair.sequences.items()}
-        head = {"a": pair.names[0], "b": pair.names[1], "settled": pair.settled, "within_margin": self._is_small(pair)}
-        return {**head, "figures": figures, "trace": [list(entry) for entry in pair.trace]}
 
 
 def _as_json(figure: Figure) -> dict[str, Any]:
@@ -247,7 +248,8 @@ def prepare(
     steps: dict[str, int] = {}
     for policy in policies:
         controller = trial.controller(policy, trust=trust)
-        name = _label(policy) if isinstance(policy, str) else controller.name
+        # Name of a controller in sentences: as it is given, of a folder or file its last part.
+        name = (Path(policy).name if os.path.exists(policy) else policy) if isinstance(policy, str) else controller.name
         if name in controllers:
             raise UsageError(f"controller {name!r} is given twice; the names of compared controllers must differ")
         learns_now = isinstance(policy, str | type)
@@ -265,22 +267,13 @@ def prepare(
     return controllers, steps
 
 
-def _label(policy: str) -> str:
-    """Name of a controller in sentences: as it is given, of a folder or file its last part."""
-    return Path(policy).name if os.path.exists(policy) else policy
-
-
 def compare(
     a: Any,
     b: Any,
     env: str | gym.Env[Any, Any] | Env,
-    budget: int | None = None,
     seed: int = 0,
     *,
     others: Sequence[Any] = (),
-    figures: Sequence[str] | None = None,
-    margin: float | None = None,
-    cap: float | None = None,
     practice: int | None = None,
     trust: bool = False,
     progress: Callable[[Any], object] | None = None,
@@ -301,18 +294,13 @@ def compare(
             controller, or the name of a controller, which practises first if it learns.
         b: likewise, with another name.
         env: as `evaluate` takes it.
-        budget: largest number of throws, or of work shifts of a line, of each policy; None for five evaluations, 1,000
-            throws.
         seed: seed of the objects, which no training, practice or evaluation with any seed sees.
         others: further policies; every pair is compared.
-        figures: names of the compared figures, of which the first decides when to stop; None for all figures.
-        margin: difference of the first figure that does not matter, in the figure's unit; the comparison also stops
-            when the difference is settled to be smaller.
-        cap: largest difference of the first figure between two throws that counts, in the figure's unit.
         practice: practice throws of policies that learn; None for the default of each.
         trust: run the code in an RL-Zoo folder or a model.zip that a policy names.
         progress: called after each block.
-        options: level, action_mode, num_envs and threads for an id, see `make_vector`.
+        options: figures, margin, cap and budget, see `Rules`; level, action_mode, num_envs and threads for an id, see
+            `make_vector`.
 
     Returns:
         `sentences`, `notes` on the means, and for each of `pairs` the difference a - b of each figure in SI units: the
@@ -325,9 +313,10 @@ def compare(
     """
     if isinstance(others, str):
         raise UsageError(f"others is {others!r}; it must be a list of policies, as in [{others!r}]")
-    with open_cells(env, options, signature(compare).parameters) as cells:
-        trial = trial_of(cells)
-        rules = typed(Rules, {"figures": figures, "margin": margin, "cap": cap, "budget": budget})
+    given = {name: options.pop(name) for name in Rules.__dataclass_fields__ if name in options}
+    with open_cells(env, options, (*signature(compare).parameters, *Rules.__dataclass_fields__)) as cells:
+        trial = trials.of(cells)
+        rules = typed(Rules, given)
         rules.measures(trial.record)  # a mistake is reported before the practice
         controllers, steps = prepare(trial, (a, b, *others), seed, practice, trust=trust)
         comparison = Comparison(trial, controllers, seed, rules)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from inspect import signature
 from pathlib import Path
@@ -11,17 +12,18 @@ from typing import Any, NamedTuple
 
 import gymnasium as gym
 
+from ..controllers import state
 from ..controllers.protocol import Controller, Learner, learns
-from ..controllers.state import check_learns, practice_steps, save_state
+from ..controllers.state import save_state
 from ..ground.cli import NUM_ENVS, UsageError, at_least, check_known
 from ..ground.environments import OPTIONS, Env, as_vector, make_vector
 from ..ground.outputs import deliver_text
 from ..ground.tables import throws_bar
+from . import trials
 from .log import Recorder
 from .loop import Progress
 from .record import Record, Row
 from .trial import Trial
-from .trials import trial_of
 
 
 def evaluate(
@@ -69,11 +71,11 @@ def evaluate(
     """
     at_least({"picks": picks, "seed": seed}, picks=1, seed=0)
     with open_cells(env, options, signature(evaluate).parameters) as cells:
-        trial, tell = trial_of(cells), progress or (lambda name, count: None)
+        trial, tell = trials.of(cells), progress or (lambda name, count: None)
         controller = trial.controller(policy, trust=trust)
         if isinstance(policy, str | type):
             controller.reset(seed)
-        check_learns(controller, practice=practice, online=online)
+        state.check(controller, practice=practice, online=online)
         usual = trial.practice(controller) if isinstance(policy, str) and practice is None else practice or 0
         steps = usual if learns(controller) else 0
         controller = trial.practise(controller, steps, seed, progress=partial(tell, "practice"))
@@ -122,17 +124,22 @@ class Judgement(NamedTuple):
     conditions: str
 
 
+@dataclass(frozen=True)
+class Learning:
+    """What a controller learns around its evaluation."""
+
+    practice: int | None = None
+    """Number of practice steps before the evaluation; None for the usual number."""
+    online: bool = False
+    """Let the controller go on learning during the evaluation."""
+    load: Path | None = None
+    """File of a state that the controller begins with."""
+    save: Path | None = None
+    """File to which the learned state is saved."""
+
+
 def judge(
-    trial: Trial,
-    controller: Controller,
-    count: int,
-    seed: int,
-    *,
-    practice: int | None = None,
-    online: bool = False,
-    load: Path | None = None,
-    save: Path | None = None,
-    log: Path | None = None,
+    trial: Trial, controller: Controller, count: int, seed: int, learning: Learning, log: Path | None = None
 ) -> Judgement:
     """Let a controller practise, then evaluate it, with a progress bar for each.
 
@@ -141,18 +148,15 @@ def judge(
         controller: already reset.
         count: number of held-out units.
         seed: seed of the units.
-        practice: number of practice steps; None for the usual number.
-        online: let the controller go on learning during the evaluation.
-        load: file of a state that the controller begins with.
-        save: file to which the learned state is saved.
+        learning: what the controller learns before and during the evaluation.
         log: file of a log of the evaluated throws; None for no log.
 
     Raises:
         UsageError: the throws of the environment have no log; or practice, `online` or a file is given for a controller
             that does not learn, or the file does not fit this controller.
     """
-    steps = practice_steps(controller, trial.practice(controller), practice, load, save)
-    check_learns(controller, online=online)
+    steps = state.steps(controller, trial.practice(controller), learning.practice, learning.load, learning.save)
+    state.check(controller, online=learning.online)
     recorder = None if log is None else Recorder(trial.core)
     name = trial.core.config.name
     conditions = f"level {name}, {count} {trial.unit}, seed {seed}"
@@ -164,9 +168,9 @@ def judge(
             judged = trial.practise(controller, steps, seed, progress=advance)
         advance = partial(bar.advance, bar.add_task("evaluation", total=count))
         judged = judged if recorder is None else recorder.watch(judged)
-        record = trial.run(judged, count, seed, online=online, progress=advance)
-    if save is not None and isinstance(controller, Learner):
-        save_state(controller, save)
+        record = trial.run(judged, count, seed, online=learning.online, progress=advance)
+    if learning.save is not None and isinstance(controller, Learner):
+        save_state(controller, learning.save)
     if recorder is not None and log is not None:
         deliver_text(log, recorder.text(record, seed))
     return Judgement(record, steps, conditions)

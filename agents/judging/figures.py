@@ -116,7 +116,7 @@ class Figure:
             throws = round(float(whole.sum())) // len(whole)
             return metrics.wilson(round(float(part.sum() / whole.sum()) * throws), throws)
         values = self.units(name, rows)[0].mean(axis=0)
-        return metrics.mean_interval(values[np.isfinite(values)]) if np.isfinite(values).any() else None
+        return metrics.interval(values[np.isfinite(values)]) if np.isfinite(values).any() else None
 
     # Texts
 

@@ -123,7 +123,7 @@ class ThrowLog:
         return np.asarray(np.isfinite(self.landing).all(axis=1))
 
     @classmethod
-    def of_throws(cls, context: Context, plans: ReleaseBatch) -> ThrowLog:
+    def of(cls, context: Context, plans: ReleaseBatch) -> ThrowLog:
         """What a cell knows of N coming throws; nothing hidden is read, and results are NaN."""
         measured, count = context.objects.measured, len(context.pick)
         empty = np.full(count, np.nan)
@@ -153,13 +153,6 @@ class ThrowLog:
 
 def _number(value: float) -> str:
     return f"{value:.10g}" if np.isfinite(value) else ""
-
-
-def landing_in_world(log: ThrowLog, along: Floats, across: Floats) -> Floats:
-    """Landings (N, 2) [m] of errors along a throw, from pick to target, and to its left (N,) [m]."""
-    way = log.target - log.pick[:, :2]
-    ex, ey = (way / np.hypot(*way.T)[:, None]).T
-    return log.target + join_columns(along * ex - across * ey, along * ey + across * ex)
 
 
 @final
@@ -195,7 +188,7 @@ class Recorder(Controller):
         assert self._inner is not None
         actions = self._inner.act(observation)
         plans, _ = self._core.plan(actions)
-        self._parts.append(ThrowLog.of_throws(self._core.context, plans))
+        self._parts.append(ThrowLog.of(self._core.context, plans))
         return actions
 
     def learn(self, outcome: Outcome) -> None:
@@ -206,7 +199,7 @@ class Recorder(Controller):
     def log(self, throws: Throws, seed: int) -> ThrowLog:
         """The log of the throws that were carried out since `watch`; `seed` is that of the camera's noise."""
         log = take(concatenate_records(self._parts), slice(len(throws)))
-        return complete_log(log, throws.info, self._core.config, np.random.default_rng((seed, 7)))
+        return complete(log, throws.info, self._core.config, np.random.default_rng((seed, 7)))
 
     def text(self, record: Any, seed: int) -> str:
         """The log of a record of throws as CSV."""
@@ -223,9 +216,7 @@ class Recorder(Controller):
         return self.log(concatenate_records(self._throws), seed).text(self._core.item_names)
 
 
-def complete_log(
-    log: ThrowLog, info: Mapping[str, Any], config: ConveyorConfig, random: np.random.Generator
-) -> ThrowLog:
+def complete(log: ThrowLog, info: Mapping[str, Any], config: ConveyorConfig, random: np.random.Generator) -> ThrowLog:
     """A log with the results of its throws, measured as `feedback` says.
 
     Args:
@@ -243,7 +234,10 @@ def complete_log(
     if set(CAMERA_ERRORS) <= set(info):
         errors = np.stack([info[name] for name in CAMERA_ERRORS], axis=1)
         visible = np.isfinite(errors).all(axis=1)
-    landing = landing_in_world(log, *errors.T)
+    # Errors are along a throw, from pick to target, and to its left; landings are in the world.
+    (along, across), way = errors.T, log.target - log.pick[:, :2]
+    ex, ey = (way / np.hypot(*way.T)[:, None]).T
+    landing = log.target + join_columns(along * ex - across * ey, along * ey + across * ex)
     landing[~(visible & sealed & ~lost)] = np.nan
     return replace(
         log,

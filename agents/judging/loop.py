@@ -8,9 +8,9 @@ from typing import Any, TypeAlias, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Ints, concatenate_records, take
+from pnt_gym.arrays import Bools, concatenate_records, take
 
-from ..controllers.protocol import Actions, Controller, Learner, Observation, Outcome, learns
+from ..controllers.protocol import Controller, Learner, Observation, Outcome, learns
 from ..ground.environments import Env, core_of, stream_seed
 from ..ground.fitting import on_one_thread
 from ..ground.infos import rows_thrown
@@ -74,19 +74,15 @@ def throw_batches(
         throws = Throws.of(info, np.asarray(reward), errors)
         if learn:
             count = min(env.num_envs, picks - throws_done) if thrown.all() else env.num_envs
-            _teach(controller, observation, action, throws, np.flatnonzero(thrown[:count]))
+            taught = np.flatnonzero(thrown[:count])
+            seen = take(throws, taught)
+            fields = (seen.error, seen.is_success, seen.cycle_time, seen.clipped, seen.reward)
+            controller.learn(Outcome(take(observation, taught), action[taught], *fields))
         for batch in queue.add(throws, thrown):
             part = take(batch, slice(picks - throws_done))
             throws_done += len(part)
             if len(part):
                 yield part
-
-
-def _teach(controller: Controller, observation: Observation, action: Actions, throws: Throws, rows: Ints) -> None:
-    """Let a controller learn from the throws of some rows."""
-    throws = take(throws, rows)
-    outcome_fields = (throws.error, throws.is_success, throws.cycle_time, throws.clipped, throws.reward)
-    controller.learn(Outcome(take(observation, rows), action[rows], *outcome_fields))
 
 
 def observed(features: Any, kind: Any) -> Observation:

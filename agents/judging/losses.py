@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, Self, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.line.chances import table_path
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.reading import AccessError, json_of
 
+from ..ground import metrics
 from .shifts import Shifts
 
 ENTRY: Final = "counted"
@@ -85,7 +85,9 @@ class Counted:
         groups = [~missing & picked & ~throws.hits, missing & throws.lost, missing & ~throws.lost]
         strayed, lost, missed = (np.bincount(kind[group], minlength=items) for group in groups)
         landed, settings = np.isfinite(throws.miss).all(axis=1), np.unique(throws.percent)
-        energy = [[_mean(throws.energy[(kind == k) & (throws.percent == p)]) for p in settings] for k in range(items)]
+        energy = [
+            [metrics.mean(throws.energy[(kind == k) & (throws.percent == p)]) for p in settings] for k in range(items)
+        ]
         return cls(
             held=np.bincount(kind[picked], minlength=items),
             missed=missed,
@@ -125,13 +127,8 @@ class Counted:
         # Without a failed throw any failure counts as a miss.
         return np.divide(counts, total, out=np.array([[1.0], [0.0], [0.0]]) * np.ones(len(total)), where=total > 0)
 
-    def energy_of(self, kind: Ints, percent: Floats) -> Floats:
-        """Mean energy of throws (N,) [J], at the nearest speed setting."""
-        setting = np.abs(percent[:, None] - self.percent).argmin(axis=1)
-        return self.energy[kind, setting]
 
-
-def read_counted(config: LineConfig) -> Counted | None:
+def read(config: LineConfig) -> Counted | None:
     """Counts in the file of a line's table, or of one that a command has made; None without a file with counts."""
     for place in (table_path(config), config.made_table()):
         try:
@@ -141,12 +138,6 @@ def read_counted(config: LineConfig) -> Counted | None:
         if len(counted.missed) == len(config.cell.items) == len(counted.landings):
             return counted
     return None
-
-
-def _mean(values: Floats) -> float:
-    """Mean of the finite values; NaN without any."""
-    finite = values[np.isfinite(values)]
-    return float(finite.mean()) if finite.size else np.nan
 
 
 def fate_words(name: str, splits: bool) -> str:
@@ -165,7 +156,7 @@ class Fates:
     """Whether lost objects are counted apart from missed ones, and strays among misplaced ones."""
 
     @classmethod
-    def of_shifts(cls, shifts: Shifts, config: LineConfig, counted: Counted | None) -> Self:
+    def of(cls, shifts: Shifts, config: LineConfig, counted: Counted | None) -> Self:
         """Fates of the objects that came in some shifts.
 
         Args:
@@ -178,7 +169,12 @@ class Fates:
             for name in ("sorted", "misplaced", "on_floor", "passed", "passed_tried")
         )
         if "lost" in shifts.decisions:
-            lost, strayed, splits = _count_lost(shifts.decisions, config, floor), np.zeros_like(floor), True
+            # Numbers of objects that were lost on the way by shift and item (S, K).
+            in_time = shifts.decisions["start"] + shifts.decisions["cycle_time"] <= config.duration
+            rows = in_time & shifts.decisions["lost"].astype(bool) & (shifts.decisions["ended_in"] < 0)
+            counts = np.zeros_like(floor)
+            np.add.at(counts, (shifts.decisions["shift"][rows], shifts.decisions["true_kind"][rows]), 1.0)
+            lost, strayed, splits = np.minimum(counts, floor), np.zeros_like(floor), True
         elif counted is not None:
             _, lost_share, strayed_share = counted.shares()
             lost, strayed, splits = floor * lost_share, floor * strayed_share, True
@@ -204,19 +200,10 @@ class Fates:
         return self.counts.sum(axis=(0, 2))
 
 
-def _count_lost(decisions: Mapping[str, NDArray[Any]], config: LineConfig, like: Floats) -> Floats:
-    """Numbers of objects that were lost on the way by shift and item, in the form of `like` (S, K)."""
-    in_time = decisions["start"] + decisions["cycle_time"] <= config.duration
-    rows = in_time & decisions["lost"].astype(bool) & (decisions["ended_in"] < 0)
-    counts = np.zeros_like(like)
-    np.add.at(counts, (decisions["shift"][rows], decisions["true_kind"][rows]), 1.0)
-    return np.minimum(counts, like)
-
-
-def losses_summary(shifts: Shifts, config: LineConfig) -> dict[str, Any]:
+def summary(shifts: Shifts, config: LineConfig) -> dict[str, Any]:
     """Shares of all fates, of all objects and by item, and the energy of a pick and of a sorted object [J]."""
-    counted = read_counted(config)
-    fates = Fates.of_shifts(shifts, config, counted)
+    counted = read(config)
+    fates = Fates.of(shifts, config, counted)
     by_item = zip(config.cell.items, fates.shares_by_item().tolist(), strict=True)
     return {
         "simulated": "lost" in shifts.decisions,
@@ -225,11 +212,11 @@ def losses_summary(shifts: Shifts, config: LineConfig) -> dict[str, Any]:
         "fates_by_item": {
             item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item if np.isfinite(shares).all()
         },
-        **energy_summary(shifts, counted),
+        **energy(shifts, counted),
     }
 
 
-def energy_summary(shifts: Shifts, counted: Counted | None) -> dict[str, float | None]:
+def energy(shifts: Shifts, counted: Counted | None) -> dict[str, float | None]:
     """Energy of a pick and of a sorted object [J]; None where nobody has counted any."""
     energy = decision_energy(shifts, counted)
     if energy is None or not np.isfinite(energy).any():
@@ -247,4 +234,8 @@ def decision_energy(shifts: Shifts, counted: Counted | None) -> Floats | None:
         return decisions["energy"].astype(np.float64)
     if counted is None:
         return None
-    return counted.energy_of(decisions["true_kind"], decisions["percent"].astype(np.float64))
+    # Mean energy of throws (N,) [J], at the nearest speed setting.
+    kind = decisions["true_kind"]
+    percent = decisions["percent"].astype(np.float64)
+    setting = np.abs(percent[:, None] - counted.percent).argmin(axis=1)
+    return counted.energy[kind, setting]

@@ -60,7 +60,7 @@ class Record:
 
     def summary(self) -> dict[str, Any]:
         """Every figure that the rows allow; a figure with an interval has its ends beside it."""
-        return summarise(self.of_summary(), self.rows)
+        return summarise(self.of(), self.rows)
 
     def observations(self) -> dict[str, Floats]:
         """Each figure of a sequential comparison for units that do not depend on one another (N,), in SI units."""
@@ -85,7 +85,7 @@ class Record:
     # All records of a kind
 
     @classmethod
-    def of_summary(cls) -> Mapping[str, Figure]:
+    def of(cls) -> Mapping[str, Figure]:
         """Figures of a summary by name."""
         if cls.shown:
             return cls.shown
@@ -122,7 +122,7 @@ class Record:
         rows = Rows.join([cls.rows_of(result["columns"], num_envs) for result in results])
         return {
             "seeds": [result["seed"] for result in results],
-            **summarise(cls.kept or cls.of_summary(), rows),
+            **summarise(cls.kept or cls.of(), rows),
             **cls.further(results, rows),
             "learn_seconds": float(np.mean([result["learn_seconds"] for result in results])),
         }
@@ -166,13 +166,13 @@ class Record:
     @classmethod
     def side_by_side(cls) -> dict[str, Figure]:
         """Figures of tables of several controllers by name."""
-        figures = cls.of_summary()
+        figures = cls.of()
         return {name: figures[name] for name in cls.heads or cls.figures}
 
     @classmethod
     def lines(cls, summary: Summary) -> list[tuple[str, str]]:
         """Lines of the table of one summary: label and text of each figure that the summary has."""
-        named = {name: figure for name, figure in cls.of_summary().items() if figure.label and name in summary}
+        named = {name: figure for name, figure in cls.of().items() if figure.label and name in summary}
         return [(figure.label, figure.shown(name, summary)) for name, figure in named.items()]
 
     @classmethod

@@ -98,7 +98,10 @@ class ConfidenceSequence:
         goal, high = np.log(2.0 / self.alpha), self.bound
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if _log_capital(values, self.bound, middle) >= goal else (low, middle)
+            gains = (values - middle) / (self.bound + middle)  # y / m - 1
+            # Logarithm of the capital against "the mean is at most `middle`" after all values.
+            capital = np.logaddexp.reduce(np.log(WEIGHTS) + np.log1p(np.outer(FRACTIONS, gains)).sum(axis=1))
+            low, high = (middle, high) if capital >= goal else (low, middle)
         return low
 
 
@@ -108,9 +111,3 @@ def log_capital_path(values: Floats, bound: float) -> Floats:
     for fraction, weight in zip(FRACTIONS, WEIGHTS, strict=True):
         path = np.logaddexp(path, np.log(weight) + np.cumsum(np.log1p(fraction * values / bound), axis=-1))
     return path
-
-
-def _log_capital(values: Floats, bound: float, mean: float) -> float:
-    """Logarithm of the capital against "the mean is at most `mean`" after all values (N,)."""
-    gains = (values - mean) / (bound + mean)  # y / m - 1
-    return float(np.logaddexp.reduce(np.log(WEIGHTS) + np.log1p(np.outer(FRACTIONS, gains)).sum(axis=1)))

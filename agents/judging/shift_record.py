@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any, ClassVar, Final, final
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.table import Table
 
 from pnt_gym.cells.line.core import LineCore
@@ -17,8 +16,9 @@ from ..ground.drawings import COLOURS, WIDTH, dress, subplots, svg
 from ..ground.files import jsonable
 from ..ground.tables import Grid, gain_text, interval_text, percent
 from ..ground.versions import versions
+from . import losses
 from .figures import Figure, count, mean, ratio, share, total
-from .losses import fate_words, losses_summary
+from .losses import fate_words
 from .record import Card, Record, Result, Row, Summary, mappings
 from .rows import Rows
 from .shifts import LISTS, ShiftColumns, Shifts, kept_columns, kept_rows, live_rows
@@ -95,14 +95,22 @@ class ShiftRecord(Record):
         core, decisions = self._core, self.shifts.decisions
         by_robot = [decisions["wait_time"][decisions["by"] == robot] for robot in range(len(core.config.robots))]
         by_shift = {name.removeprefix("shift_"): jsonable(column) for name, column in self.shifts.figures.items()}
+        # Purity of each bin that is not empty at the end of a shift, by ROBOT/BIN.
+        in_time = decisions["start"] + decisions["cycle_time"] <= core.config.duration
+        purity: dict[str, float] = {}
+        for index, robot in enumerate(core.config.robots):
+            for number, bin_ in enumerate(core.config.cell_of(index).bins.fixed):
+                rows = in_time & (decisions["by"] == index) & (decisions["ended_in"] == number)
+                if rows.any():
+                    purity[f"{robot.name}/{bin_.name}"] = float(decisions["sorted"][rows].astype(bool).mean())
         return {
             **super().summary(),
             "dwell_s": core.dwell,
             "wait_by_robot_s": [mean(waits) for waits in by_robot],
             "items": list(core.item_names),
             "robots": [robot.name for robot in core.config.robots],
-            "purity_by_bin": _purity_by_bin(decisions, core),
-            **losses_summary(self.shifts, core.config),
+            "purity_by_bin": purity,
+            **losses.summary(self.shifts, core.config),
             "by_shift": by_shift,
         }
 
@@ -153,7 +161,7 @@ class ShiftRecord(Record):
             *((label, text) for label, text in energy if text != "-"),
             *_losses(summary),
             *bins,
-            *_robots(summary),
+            *_lines(summary),
         ]
 
     @classmethod
@@ -167,7 +175,7 @@ class ShiftRecord(Record):
             [
                 name,
                 cls.learned(steps),
-                interval_text(metrics.mean_interval(summary["by_shift"]["value_per_min"])),
+                interval_text(metrics.interval(summary["by_shift"]["value_per_min"])),
                 "-" if name == base else gain_text(summary["by_shift"]["value_per_min"], compared),
                 *CARD.cells(summary)[1:3],
                 f"{summary['ms_per_decision']:.2f}",
@@ -202,18 +210,6 @@ CARD: Final = Card(
 """Texts and figures of the cards of policies that choose objects on lines."""
 
 
-def _purity_by_bin(decisions: Mapping[str, NDArray[Any]], core: LineCore) -> dict[str, float]:
-    """Purity of each bin that is not empty at the end of a shift, by ROBOT/BIN."""
-    in_time = decisions["start"] + decisions["cycle_time"] <= core.config.duration
-    purity: dict[str, float] = {}
-    for index, robot in enumerate(core.config.robots):
-        for number, bin_ in enumerate(core.config.cell_of(index).bins.fixed):
-            rows = in_time & (decisions["by"] == index) & (decisions["ended_in"] == number)
-            if rows.any():
-                purity[f"{robot.name}/{bin_.name}"] = float(decisions["sorted"][rows].astype(bool).mean())
-    return purity
-
-
 def _losses(summary: Summary) -> Iterator[tuple[str, str]]:
     """Lines of the causes for which objects were not sorted, and of the items, the worst one first."""
     for name, part in summary["fates"].items():
@@ -225,7 +221,7 @@ def _losses(summary: Summary) -> Iterator[tuple[str, str]]:
         yield f"{item}: recovery, largest loss", f"{percent(shares['sorted'])}, {words}"
 
 
-def _robots(summary: Summary) -> Iterator[tuple[str, str]]:
+def _lines(summary: Summary) -> Iterator[tuple[str, str]]:
     """Lines of the robots: time at work, picks and standstill."""
     columns = (summary[key] for key in ("robots", "utilisation", "picks_by_robot", "wait_by_robot_s"))
     for name, at_work, picks, wait in zip(*columns, strict=True):

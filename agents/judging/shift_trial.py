@@ -18,8 +18,9 @@ from pnt_gym.cells.line.core import LineCore
 from ..controllers.between import PLANNER
 from ..controllers.own import controller_of, import_controller
 from ..controllers.protocol import Controller
+from ..dispatchers import registry
 from ..dispatchers.decisions import make_release, work_shifts
-from ..dispatchers.registry import FIRST, GUIDED, SEARCHED, line_controller
+from ..dispatchers.registry import FIRST, GUIDED, SEARCHED
 from ..dispatchers.rules import ScoreController, run_scores
 from ..dispatchers.settings import PLANNERS, rate
 from ..dispatchers.settings import settings as tuned_settings
@@ -81,8 +82,8 @@ class ShiftTrial(Trial):
     ) -> ShiftRecord:
         """Let a controller work `count` held-out shifts."""
         del online
-        shifts = run_shifts(controller, self.env, count, stream_seed("evaluate", seed), progress)
-        return ShiftRecord(shifts, self.core, {"level": self.core.config.name, **self._settings})
+        worked = run_shifts(controller, self.env, count, stream_seed("evaluate", seed), progress)
+        return ShiftRecord(worked, self.core, {"level": self.core.config.name, **self._settings})
 
     @classmethod
     def with_throws(cls, config: LevelConfig, throws: str) -> LineConfig:
@@ -95,7 +96,7 @@ class ShiftTrial(Trial):
             return controller_of(policy, self.env)
         if module_of(policy) is not None:
             return import_controller(policy, self.env, **options)
-        return line_controller(policy, self.core, **options)
+        return registry.make(policy, self.core, **options)
 
     def correct_throws(self, release: str | None) -> None:
         """Let a controller of PnTRelease-v0 correct the throws, where throws are simulated."""
@@ -115,14 +116,15 @@ class ShiftTrial(Trial):
         del progress
         if controller.name != SEARCHED or steps == 0:
             return controller
-        from ..dispatchers.search import SEARCHED_SHIFTS, Bench, best_result, search_weights  # noqa: PLC0415 - as above
+        from ..dispatchers import search  # noqa: PLC0415 - as above
+        from ..dispatchers.search import SEARCHED_SHIFTS, Bench  # noqa: PLC0415 - as above
 
         level = LineConfig.load(self.core.config, throws="table")
         first = stream_seed("practice", seed)
         bench = Bench(level, np.arange(first, first + END))
-        generations = -(-steps // _decisions(level, SEARCHED_SHIFTS))
-        tried = search_weights(bench, tuned_settings(level.name, "atc")["patience"], generations, seed)
-        return ScoreController(SEARCHED, Scorer.linear(**best_result(tried).settings))
+        generations = -(-steps // _count(level, SEARCHED_SHIFTS))
+        tried = search.weights(bench, tuned_settings(level.name, "atc")["patience"], generations, seed)
+        return ScoreController(SEARCHED, Scorer.linear(**search.best(tried).settings))
 
     def peers(self, run_args: Mapping[str, Any]) -> dict[str, int]:
         """Two rules: first in, first out, and the tuned ATC rule."""
@@ -216,9 +218,9 @@ class ShiftTrial(Trial):
     @classmethod
     def effort(cls, name: str, config: LineConfig, count: int, num_envs: int) -> int:
         """Number of decisions in all rows until the last shift ends; a planner's decision counts `SLOW` times."""
-        return _decisions(config, -(-count // num_envs) * num_envs) * (SLOW if name in PLANNERS else 1)
+        return _count(config, -(-count // num_envs) * num_envs) * (SLOW if name in PLANNERS else 1)
 
 
-def _decisions(level: LineConfig, shifts: int) -> int:
+def _count(level: LineConfig, shifts: int) -> int:
     """Number of decisions in some shifts, about one per second and robot."""
     return int(level.duration) * len(level.robots) * shifts

@@ -96,7 +96,9 @@ def run_shifts(
         seconds += step.seconds
         invalid += int(info["invalid_action"][counted].sum())
         valid = counted & ~info["invalid_action"]
-        info |= _simulated(info, core)
+        if "energy" in info and core.last is not None:  # simulated throws; a table gives no further results
+            thrown = core.last.results
+            info |= {"lost": thrown["lost"], "miss_x": thrown["miss"][:, 0], "miss_y": thrown["miss"][:, 1]}
         names = [name for name in (*RECORDED, *SIMULATED) if name in info]
         decisions.append({"shift": number[valid], **{name: info[name][valid] for name in names}})
         ended = np.flatnonzero(step.over & counted)
@@ -109,14 +111,6 @@ def run_shifts(
     columns = {name: np.concatenate([part[name] for part in decisions]) for name in decisions[0]}
     figures = {name: np.array([of[k] for k in sorted(of)]) for name, of in figures_by_shift.items()}
     return Shifts(figures, columns, invalid, len(decisions) * rows, seconds)
-
-
-def _simulated(info: dict[str, Any], core: LineCore) -> dict[str, NDArray[Any]]:
-    """Further results of simulated throws (N,); nothing where a table gives the results."""
-    if "energy" not in info or core.last is None:
-        return {}
-    results = core.last.results
-    return {"lost": results["lost"], "miss_x": results["miss"][:, 0], "miss_y": results["miss"][:, 1]}
 
 
 def live_rows(shifts: Shifts, duration: float) -> dict[str, NDArray[Any]]:

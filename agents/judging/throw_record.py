@@ -30,16 +30,6 @@ def landing(part: str) -> Kind:
     return lambda error: getattr(metrics.landing(error.ravel()), part)
 
 
-def shift_begin(error: Floats, pick: Floats) -> float | None:
-    """Mean landing error of the first throws of shifts [m]."""
-    return mean(error[pick < FIRST])
-
-
-def shift_end(error: Floats, pick: Floats) -> float | None:
-    """Mean landing error in the second half of shifts [m]."""
-    return mean(error[pick >= (pick.max() + 1) // 2])
-
-
 MM: Final = ("mm", 1000.0)
 PERCENT: Final = ("%", 100.0)
 ERROR: Final = ("error_m",)
@@ -73,10 +63,16 @@ COMMON: Final = {
     "landing_error_iqm_m": Figure(kind=landing("iqm"), of=ERROR),
     "landing_near_share": Figure("landings within 30 mm", *PERCENT, kind=landing("near"), of=ERROR, head="under 30 mm"),
     "landing_error_first_10_m": Figure(
-        "landing error, first 10 of a shift", *MM, kind=shift_begin, of=(*ERROR, "pick")
+        "landing error, first 10 of a shift",
+        *MM,
+        kind=lambda error, pick: mean(error[pick < FIRST]),
+        of=(*ERROR, "pick"),
     ),
     "landing_error_second_half_m": Figure(
-        "landing error, second half of a shift", *MM, kind=shift_end, of=(*ERROR, "pick")
+        "landing error, second half of a shift",
+        *MM,
+        kind=lambda error, pick: mean(error[pick >= (pick.max() + 1) // 2]),
+        of=(*ERROR, "pick"),
     ),
     "cycle_time_mean_s": Figure("cycle time, mean", "s", digits=3, of=("cycle_s",)),
     "recovery": Figure("recovery: sorted of all that passed", *PERCENT, kind=ratio, of=("sorted", "offered")),
@@ -190,7 +186,7 @@ class ThrowRecord(Record):
         error = rows["error_m"]
         found: dict[str, Any] = {
             "landing_error_by_seed_m": [float(np.nanmean(seed_errors)) for seed_errors in error],
-            **_scatter({name: rows[name] for name in PLACES if name in rows}),
+            **_figures({name: rows[name] for name in PLACES if name in rows}),
         }
         if "pick" in rows:
             pick = rows["pick"]
@@ -210,7 +206,7 @@ class ThrowRecord(Record):
         bins = summary.get("purity_by_bin", {}).items()
         return [
             *super().lines(summary),
-            *(_scatter_line(summary, key) for key in biases),
+            *(_line(summary, key) for key in biases),
             *((f"purity of bin {name}", COMMON["purity"].text(purity)) for name, purity in bins),
         ]
 
@@ -221,12 +217,12 @@ def summary(throws: Throws) -> dict[str, Any]:
     names = dict.fromkeys([*(name for name in METRES if name in info), *throws.errors])
     return {
         **summarise(ThrowRecord.shown, Rows.of(live_rows(throws))),
-        **_scatter({METRES.get(name, name).removeprefix("landing_"): info[name] for name in names}),
+        **_figures({METRES.get(name, name).removeprefix("landing_"): info[name] for name in names}),
         **{f"{name}_rate": float(flag.mean()) for name, flag in info.items() if flag.dtype == np.bool_},
     }
 
 
-def _scatter(columns: Mapping[str, Floats]) -> dict[str, float]:
+def _figures(columns: Mapping[str, Floats]) -> dict[str, float]:
     """Mean and standard deviation of each error that was measured."""
     figures: dict[str, float] = {}
     for name, column in columns.items():
@@ -236,7 +232,7 @@ def _scatter(columns: Mapping[str, Floats]) -> dict[str, float]:
     return figures
 
 
-def _scatter_line(summary: Summary, bias: str) -> tuple[str, str]:
+def _line(summary: Summary, bias: str) -> tuple[str, str]:
     """Label and text of bias and spread of one error; in millimetres if the name of the figure ends in `_m`."""
     name = bias.removeprefix("bias_")
     values = [summary[bias], summary[f"spread_{name}"]]

@@ -136,7 +136,7 @@ def live_rows(throws: Throws) -> dict[str, NDArray[Any]]:
         columns["ended"] = info["ended_in"] >= 0
     if "picked" in info:
         columns["picked"] = throws.picked
-    return _complete(columns)
+    return _columns(columns)
 
 
 def kept_columns(throws: Throws) -> dict[str, Any]:
@@ -146,10 +146,11 @@ def kept_columns(throws: Throws) -> dict[str, Any]:
     """
     rows = live_rows(throws)
     totals = {name: round(float(rows[name].sum()), 1) for name in TOTALS if name in rows}
+    places = [name for name in PLACES if name in rows] or ["error_m"]
     return {
         "item": throws.item.tolist(),
-        **{name: _round(rows[name], 5) for name in [name for name in PLACES if name in rows] or ["error_m"]},
-        "cycle_s": _round(throws.cycle_time, 4),
+        **{name: [round(float(v), 5) if np.isfinite(v) else None for v in rows[name]] for name in places},
+        "cycle_s": [round(float(v), 4) if np.isfinite(v) else None for v in throws.cycle_time],
         "outcome": "".join(outcomes(throws)),
         **({"pick": rows["pick"].tolist()} if "pick" in rows else {}),
         "recontact": 0,  # of a cell that does not tell
@@ -175,10 +176,10 @@ def kept_rows(columns: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
         rows["pick"] = np.array(columns["pick"])
     if "dropped" in columns:
         rows["picked"] = ~shares["unpicked"]
-    return _complete(rows)
+    return _columns(rows)
 
 
-def _complete(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+def _columns(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Columns with one for each throw, and with the objects that could have been sorted."""
     ones = np.ones(len(columns["error_m"]))
     offered = {"offered": ones + columns["passed"]} if "passed" in columns else {}
@@ -188,10 +189,6 @@ def _complete(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 def _share(outcome: str) -> str:
     """Name of the column of throws with an outcome."""
     return f"share_{outcome}"
-
-
-def _round(values: NDArray[Any], digits: int) -> list[float | None]:
-    return [round(float(v), digits) if np.isfinite(v) else None for v in values]
 
 
 def throw_records(throws: Throws, item_names: Sequence[str]) -> list[dict[str, Any]]:

@@ -220,7 +220,7 @@ class Trial(ABC):
 
     def policy(self, folder: RunFolder, checkpoint: Path | None, run_args: Mapping[str, Any], name: str) -> Controller:
         """Newest policy of a training, or the policy of a checkpoint, as a controller with a name."""
-        return run_policy(folder.load_actor(checkpoint), run_args, self.env, "the policy", name)
+        return run_policy(folder.actor(checkpoint), run_args, self.env, "the policy", name)
 
     @classmethod
     def card(cls) -> Card:

@@ -23,7 +23,7 @@ TRIALS: Final[Mapping[str, type[Trial]]] = {"throws": ThrowTrial, "work_shifts":
 """Kinds of trials that ship, by the `trial` of a config."""
 
 
-def trial_class(config: Any) -> type[Trial]:
+def find(config: Any) -> type[Trial]:
     """The kind of trial by which controllers are evaluated on a level.
 
     Args:
@@ -56,9 +56,9 @@ def user_trial(name: str, known: Collection[str] = ()) -> type[Trial]:
     return kind
 
 
-def trial_of(env: Env, kind: type[Trial] | None = None) -> Trial:
+def of(env: Env, kind: type[Trial] | None = None) -> Trial:
     """The trial of an open vector environment: of a kind, by default of that which its levels name."""
-    return (kind or trial_class(core_of(env).config))(env)
+    return (kind or find(core_of(env).config))(env)
 
 
 def open_trial(
@@ -88,16 +88,16 @@ def open_trial(
     kind = None if trial is None else user_trial(trial)
     if throws is not None:
         config = config_of(env_id, level)
-        level = (kind or trial_class(config)).with_throws(config, throws)
+        level = (kind or find(config)).with_throws(config, throws)
     env = make_vector(env_id, level, num_envs, threads, action_mode)
     try:
-        return trial_of(env, kind)
+        return of(env, kind)
     except BaseException:
         env.close()
         raise
 
 
-def controller_with(trial: Trial, policy: Any, settings: Mapping[str, Any], *, trust: bool = False) -> Controller:
+def controller(trial: Trial, policy: Any, settings: Mapping[str, Any], *, trust: bool = False) -> Controller:
     """Controller of a trial, as `Trial.controller` makes it, with settings.
 
     Raises:
@@ -112,7 +112,7 @@ def controller_with(trial: Trial, policy: Any, settings: Mapping[str, Any], *, t
         raise UsageError(f"controller {policy!r} cannot have {values}: {one_sentence(error)}") from None
 
 
-def check_options(trial: Trial | type[Trial], options: Mapping[str, Any], env_id: str, dashes: str = "--") -> None:
+def check(trial: Trial | type[Trial], options: Mapping[str, Any], env_id: str, dashes: str = "--") -> None:
     """Make sure that no option was given that only other kinds of trials use.
 
     Args:

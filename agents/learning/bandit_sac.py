@@ -27,7 +27,14 @@ class BanditSAC(SAC):
         if self.gamma != 0.0 or self.use_sde or self.ent_coef_optimizer is None:
             super().train(gradient_steps, batch_size)
             return
-        take_steps(self, gradient_steps, batch_size)
+        # The means of the losses of all gradient steps are logged.
+        self.policy.set_training_mode(True)
+        self._update_learning_rate([self.actor.optimizer, self.critic.optimizer, self.ent_coef_optimizer])
+        losses = [self._descend(batch_size) for _ in range(gradient_steps)]
+        self._n_updates += gradient_steps
+        self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
+        for name, values in zip(LOSSES, zip(*losses, strict=True), strict=True):
+            self.logger.record(f"train/{name}", np.mean([value.item() for value in values]))
 
     def _descend(self, batch_size: int) -> tuple[Any, ...]:
         """Take one gradient step; returns the values of `LOSSES`."""
@@ -60,17 +67,6 @@ class BanditSAC(SAC):
         columns = memory.observations, memory.actions, memory.rewards[..., None]
         observations, actions, rewards = (torch.from_numpy(column[place]) for column in columns)
         return observations, actions, rewards
-
-
-def take_steps(model: Any, count: int, batch_size: int) -> None:
-    """Take gradient steps of a model with a method `_descend`, and log the means of `LOSSES`."""
-    model.policy.set_training_mode(True)
-    model._update_learning_rate([model.actor.optimizer, model.critic.optimizer, model.ent_coef_optimizer])
-    losses = [model._descend(batch_size) for _ in range(count)]
-    model._n_updates += count
-    model.logger.record("train/n_updates", model._n_updates, exclude="tensorboard")
-    for name, values in zip(LOSSES, zip(*losses, strict=True), strict=True):
-        model.logger.record(f"train/{name}", np.mean([value.item() for value in values]))
 
 
 def descend(optimizer: Any, loss: torch.Tensor) -> None:

@@ -16,7 +16,8 @@ from torch import Tensor, nn
 from torch.nn.functional import mse_loss
 
 from ..ground.fitting import fit_from
-from ..policies.networks import layers_from_torch, run_layers
+from ..policies import networks
+from ..policies.networks import layers_from_torch
 
 WIDTH: Final = 128
 """Units of each of two hidden layers."""
@@ -52,7 +53,7 @@ def behaviour_cloning(lesson: Lesson, seed: int) -> Function:
     """Policy that imitates the actions of the throws."""
     with fit_from(seed):
         states, actions, _ = map(torch.as_tensor, lesson)
-        policy = _make_policy(lesson)
+        policy = _policy(lesson)
         _fit(policy, lambda rows: mse_loss(policy(states[rows]), actions[rows]), len(states), POLICY_STEPS)
         return _function(policy)
 
@@ -65,7 +66,7 @@ def td3_bc(lesson: Lesson, seed: int) -> Function:
     """
     with fit_from(seed):
         states, actions, _ = map(torch.as_tensor, lesson)
-        (critic, centre, scale), policy = _fit_critic(lesson), _make_policy(lesson)
+        (critic, centre, scale), policy = _train(lesson), _policy(lesson)
 
         def loss(rows: Tensor) -> Tensor:
             chosen = policy(states[rows])
@@ -82,7 +83,7 @@ def iql(lesson: Lesson, seed: int) -> Function:
     """Policy that imitates the better actions of the throws (Kostrikov et al. 2021, Eq. 5 to 7, discount 0)."""
     with fit_from(seed):
         states, actions, _ = map(torch.as_tensor, lesson)
-        (critic, _, _), policy = _fit_critic(lesson), _make_policy(lesson)
+        (critic, _, _), policy = _train(lesson), _policy(lesson)
         value = _network(states.shape[1], 1)
         with torch.no_grad():
             worth = critic(torch.cat([states, actions], 1))[:, 0]
@@ -103,7 +104,7 @@ def iql(lesson: Lesson, seed: int) -> Function:
         return _function(policy)
 
 
-def _fit_critic(lesson: Lesson) -> tuple[nn.Sequential, Tensor, Tensor]:
+def _train(lesson: Lesson) -> tuple[nn.Sequential, Tensor, Tensor]:
     """Critic that returns the standardised reward (N, 1) to expect of observations and actions (N, D + A).
 
     Mean and standard deviation of the rewards stand beside the critic.
@@ -128,7 +129,7 @@ def _fit(network: nn.Module, loss_of: Callable[[Tensor], Tensor], count: int, st
         schedule.step()
 
 
-def _make_policy(lesson: Lesson) -> nn.Sequential:
+def _policy(lesson: Lesson) -> nn.Sequential:
     return nn.Sequential(*_network(lesson.observations.shape[1], lesson.actions.shape[1]), nn.Tanh())
 
 
@@ -142,4 +143,6 @@ def _function(policy: nn.Sequential) -> Function:
     """The policy as a function of arrays, without torch."""
     parameters: Iterable[Any] = policy.parameters()
     layers = layers_from_torch(parameters, np.float64)
-    return lambda observations: np.tanh(run_layers(layers, "SiLU", observations.astype(np.float64))).astype(np.float32)
+    return lambda observations: np.tanh(networks.run(layers, "SiLU", observations.astype(np.float64))).astype(
+        np.float32
+    )

@@ -168,10 +168,8 @@ def _check(name: str, value: Any) -> None:
     """
     if not _fits(name, value):
         hint = quotes_hint(value) if isinstance(value, str) else ""
-        raise UsageError(
-            f"hyperparameter {name} is {one_sentence(repr(value), 80)}; it must be {_range_text(name)}{hint}"
-        )
-    weights = max(map(_weights, _layers(value)), default=0) if name == "net_arch" else 0
+        raise UsageError(f"hyperparameter {name} is {one_sentence(repr(value), 80)}; it must be {_text(name)}{hint}")
+    weights = max(map(_count, _layers(value)), default=0) if name == "net_arch" else 0
     if weights > MOST_WEIGHTS:
         raise UsageError(f"hyperparameter net_arch asks for {weights:,} weights; it must be at most {MOST_WEIGHTS:,}")
 
@@ -186,7 +184,7 @@ def _layers(value: Any) -> list[Any]:
     return list(value.values()) if isinstance(value, dict) else [value]
 
 
-def _weights(sizes: list[int]) -> int:
+def _count(sizes: list[int]) -> int:
     return sum(before * after for before, after in pairwise(sizes))
 
 
@@ -202,7 +200,11 @@ def _fits(name: str, value: Any) -> bool:
         value = initial_value(value) if name == FALLING else value
         return isinstance(value, int | float) and REAL[name][0] <= value <= REAL[name][1]
     if name == "net_arch":
-        return all(isinstance(sizes, list) and all(_is_width(size) for size in sizes) for sizes in _layers(value))
+        return all(
+            isinstance(sizes, list)
+            and all(isinstance(size, int) and not isinstance(size, bool) and 1 <= size <= WIDEST for size in sizes)
+            for sizes in _layers(value)
+        )
     return name != "action_noise" and not (isinstance(value, float) and not math.isfinite(value))
 
 
@@ -214,11 +216,7 @@ def initial_value(value: Any) -> Any:
         return value
 
 
-def _is_width(size: Any) -> bool:
-    return isinstance(size, int) and not isinstance(size, bool) and 1 <= size <= WIDEST
-
-
-def _range_text(name: str) -> str:
+def _text(name: str) -> str:
     """Range of a hyperparameter as text for an error."""
     if name in WHOLE:
         return "a whole number from {} to {}".format(*WHOLE[name])

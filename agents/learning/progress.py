@@ -26,9 +26,14 @@ LINE = re.compile(r"(\d{1,15}),(\d{1,15}\.\d+),", re.ASCII)
 
 @final
 class Stop:
-    """State of a request to stop by a signal; the current step is finished first."""
+    """When a training stops: at a request by a signal, after the current step, or at a number of throws.
 
-    def __init__(self) -> None:
+    Args:
+        until: throws at which the training stops, and can go on later to its total number; None for this number.
+    """
+
+    def __init__(self, until: int | None = None) -> None:
+        self.until = until
         self.number: int | None = None
         """Number of the signal, or None."""
 
@@ -71,8 +76,11 @@ class ProgressCallback(BaseCallback):
         self._show = show
         self._began = time.perf_counter()
         self._count = 0
-        self._lines = _lines_up_to(file, start, HEADER.format(window.column))
-        self._before = _numbers_of(self._lines[-1])[1] if self._lines[1:] else 0.0
+        self._lines = [HEADER.format(window.column)]
+        if file.is_file():  # of an earlier leg, up to the throws of the checkpoint
+            earlier = text_of(file, MOST_RESULTS).splitlines()[1:]
+            self._lines += [line for line in earlier if _numbers(line)[0] <= start]
+        self._before = _numbers(self._lines[-1])[1] if self._lines[1:] else 0.0
         self._line = ""
         self._written = start
 
@@ -100,15 +108,7 @@ class ProgressCallback(BaseCallback):
         write_text(self._file, "\n".join(self._lines) + "\n")
 
 
-def _lines_up_to(file: Path, throws: int, header: str) -> list[str]:
-    """Header and lines of an earlier progress file, up to a number of throws."""
-    if not file.is_file():
-        return [header]
-    old = text_of(file, MOST_RESULTS).splitlines()[1:]
-    return [header, *(line for line in old if _numbers_of(line)[0] <= throws)]
-
-
-def _numbers_of(line: str) -> tuple[float, float]:
+def _numbers(line: str) -> tuple[float, float]:
     """Throws and seconds of training in a line of progress.csv; infinitely many throws for a line of another form."""
     match = LINE.match(line)
     return (float(match[1]), float(match[2])) if match else (np.inf, 0.0)

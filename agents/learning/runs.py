@@ -49,14 +49,8 @@ HEADER: Final = 1024
 """Largest size of an array's header in a file [bytes]."""
 
 
-def save_memory(memory: Any, path: Path) -> None:
-    """Write the throws in a replay buffer to a .npz file."""
-    rows: dict[str, Any] = {name: array[: memory.size()] for name, array in _arrays(memory).items()}
-    np.savez(path, pos=memory.pos, full=memory.full, **rows)
-
-
 def load_memory(memory: Any, path: Path) -> None:
-    """Fill a new replay buffer from a file that `save_memory` has written.
+    """Fill a new replay buffer from a file of a checkpoint.
 
     Raises:
         ValueError: the file is of a buffer of another size, or of another kind, or its numbers are not finite.
@@ -155,16 +149,16 @@ class RunFolder:
         Raises:
             UsageError: the folder is not empty, or cannot be written.
         """
-        check_new(path)
+        check(path)
         sweep(path.parent)
         parts = cls(temporary_path(path))
         try:
             shutil.rmtree(parts.path, ignore_errors=True)
             parts.path.mkdir(parents=True)
             parts._describe(arguments, settings, config)
-            parts.save_checkpoint(model)
+            parts.save(model)
             if path.is_dir():
-                path.rmdir()  # empty, or check_new would have refused
+                path.rmdir()  # empty, or `check` would have refused
             parts.path.rename(path)
         except OSError as error:
             raise UsageError(f"cannot write run folder {str(path)!r}: {error.strerror}") from None
@@ -174,7 +168,7 @@ class RunFolder:
 
     def _describe(self, arguments: Mapping[str, Any], settings: Mapping[str, Any], config: LevelConfig) -> None:
         """Write arguments, hyperparameters, level, versions and command line of a new run."""
-        self.write_arguments(arguments)
+        self.write(arguments)
         write_text(self.path / "config.yml", yaml_text({arguments["env"]: dict(settings)}))
         write_text(self.path / "env.yaml", yaml_text(config.model_dump(mode="json")))
         write_json(self.path / "versions.json", versions())
@@ -193,7 +187,7 @@ class RunFolder:
                 shutil.rmtree(self.path.rename(temporary_path(self.path)))
             raise
 
-    def write_arguments(self, arguments: Mapping[str, Any]) -> None:
+    def write(self, arguments: Mapping[str, Any]) -> None:
         """Write the arguments of the run; a resumed run may get more throws."""
         write_text(self.path / "args.yml", yaml_text(dict(arguments)))
 
@@ -218,7 +212,7 @@ class RunFolder:
         place = self.path / "checkpoints"
         return sorted(p for p in place.iterdir() if p.name.isdigit()) if place.is_dir() else []
 
-    def load_actor(self, checkpoint: Path | None = None) -> Actor:
+    def actor(self, checkpoint: Path | None = None) -> Actor:
         """Read the newest policy, or the policy of a checkpoint, of a run that corrects throws.
 
         Raises:
@@ -248,33 +242,33 @@ class RunFolder:
         file = (checkpoint or self.path) / POLICY
         if not file.is_file():
             old = f"; before 0.2.0 none was written: its {MODEL} can be used with --trust"
-            raise _damage_error(self.path, f"{POLICY} is missing{old if (self.path / MODEL).is_file() else ''}")
+            raise _error(self.path, f"{POLICY} is missing{old if (self.path / MODEL).is_file() else ''}")
         return file
 
-    def load_model(self, env: VecEnv | None = None, checkpoint: Path | None = None) -> BaseAlgorithm:
+    def load(self, env: VecEnv | None = None, checkpoint: Path | None = None) -> BaseAlgorithm:
         """Read the newest model, or the model of a checkpoint, which can go on learning.
 
         Raises:
             UsageError: the folder or its model is missing or damaged.
         """
-        from .sb3 import load_tensors  # noqa: PLC0415 - imports torch
+        from . import sb3  # noqa: PLC0415 - imports torch
 
         arguments = self.arguments
         settings = hyperparameters(arguments["algo"], arguments["env"], self.path / "config.yml")
         file = (checkpoint or self.path) / MODEL
         if not file.is_file():
-            raise _damage_error(self.path, f"{MODEL} is missing")
-        return load_tensors(file, arguments, settings, env)
+            raise _error(self.path, f"{MODEL} is missing")
+        return sb3.load(file, arguments, settings, env)
 
-    def save_checkpoint(self, model: BaseAlgorithm) -> None:
+    def save(self, model: BaseAlgorithm) -> None:
         """Write policy, model, memory and random state as a new checkpoint, and make it the newest of the run.
 
         Raises:
             UsageError: the policy cannot be written as arrays.
         """
-        from ..policies.weights import actor_of  # noqa: PLC0415 - imports torch
+        from ..policies import weights  # noqa: PLC0415 - imports torch
 
-        actor = actor_of(model)
+        actor = weights.actor(model)
         place = self.path / "checkpoints" / f"{model.num_timesteps:08d}"
         sweep(place.parent)
         parts = temporary_path(place)
@@ -283,7 +277,9 @@ class RunFolder:
         actor.save(parts / POLICY)
         model.save(parts / MODEL)
         if getattr(model, "replay_buffer", None) is not None:
-            save_memory(model.replay_buffer, parts / MEMORY)  # type: ignore[attr-defined]
+            memory: Any = model.replay_buffer  # type: ignore[attr-defined]
+            rows: dict[str, Any] = {name: array[: memory.size()] for name, array in _arrays(memory).items()}
+            np.savez(parts / MEMORY, pos=memory.pos, full=memory.full, **rows)
         save_random(model, parts / RANDOM)
         shutil.rmtree(place, ignore_errors=True)
         parts.rename(place)
@@ -307,18 +303,18 @@ class RunFolder:
         """
         checkpoints = self.checkpoints
         if not checkpoints:
-            raise _damage_error(self.path, "it has no checkpoint")
+            raise _error(self.path, "it has no checkpoint")
         last = checkpoints[-1]
-        model = self.load_model(env, last)
+        model = self.load(env, last)
         try:
             if getattr(model, "replay_buffer", None) is not None:
                 load_memory(model.replay_buffer, last / MEMORY)  # type: ignore[attr-defined]
             load_random(model, last / RANDOM)
         except Exception as error:
             # A truncated or foreign file may raise anything.
-            raise _damage_error(self.path, f"checkpoint {last.name} is truncated, or of another version") from error
+            raise _error(self.path, f"checkpoint {last.name} is truncated, or of another version") from error
         if int(last.name) != model.num_timesteps:
-            raise _damage_error(self.path, f"checkpoint {last.name} is of another throw")
+            raise _error(self.path, f"checkpoint {last.name} is of another throw")
         self._renew()
         sweep(last.parent)
         return model
@@ -332,18 +328,18 @@ def _arguments(folder: Path, stamp: tuple[int, ...]) -> Mapping[str, Any]:
         data = {**LATER, **data}
     missing = [name for name in ARGUMENTS if not isinstance(data, dict) or name not in data]
     if missing:
-        raise _damage_error(folder, f"args.yml lacks {', '.join(missing)}")
+        raise _error(folder, f"args.yml lacks {', '.join(missing)}")
     for name in (*ARGUMENTS, *LATER):
-        if not _is_value(name, data[name]):
+        if not _fits(name, data[name]):
             valid = "from {:,} to {:,}".format(*WHOLE[name]) if name in WHOLE else "text"
             valid = "true or false" if name in FLAGS else valid
-            raise _damage_error(folder, f"args.yml has {name} {one_sentence(repr(data[name]), 80)}; it must be {valid}")
+            raise _error(folder, f"args.yml has {name} {one_sentence(repr(data[name]), 80)}; it must be {valid}")
     if data["algo"] not in (*RESIDUAL, *MASKED):
-        raise _damage_error(folder, f"args.yml has algo {one_sentence(repr(data['algo']), 80)}")
+        raise _error(folder, f"args.yml has algo {one_sentence(repr(data['algo']), 80)}")
     return data
 
 
-def _is_value(name: str, value: object) -> bool:
+def _fits(name: str, value: object) -> bool:
     """Whether a value is one that an argument of a run can have."""
     if value is None:
         return LATER.get(name, "") is None
@@ -354,12 +350,12 @@ def _is_value(name: str, value: object) -> bool:
     return isinstance(value, int) and WHOLE[name][0] <= value <= WHOLE[name][1]
 
 
-def _damage_error(folder: Path, reason: str) -> UsageError:
+def _error(folder: Path, reason: str) -> UsageError:
     """Error of a damaged run folder."""
     return UsageError(f"run folder {str(folder)!r} is damaged: {reason}")
 
 
-def check_new(folder: Path) -> None:
+def check(folder: Path) -> None:
     """Make sure that the folder of a new run is empty or does not exist.
 
     Raises:
@@ -369,7 +365,7 @@ def check_new(folder: Path) -> None:
         raise UsageError(f"{str(folder)!r} exists already; choose another --out, or continue it with --resume")
 
 
-def run_name(run_args: Mapping[str, Any], level: object) -> str:
+def name(run_args: Mapping[str, Any], level: object) -> str:
     """Name of a run's folder, from the run's arguments and level; the name has no path separators.
 
     Raises:

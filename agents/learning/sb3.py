@@ -117,7 +117,7 @@ class Falling:
         return self.begin * max(1.0 - (1.0 - remaining) * self.share, 0.0)
 
 
-def begin_leg(model: BaseAlgorithm, end: int, total: int) -> None:
+def begin(model: BaseAlgorithm, end: int, total: int) -> None:
     """Set a model's learning rate for a leg that ends at throw `end` of `total`."""
     if isinstance(model.learning_rate, Falling):
         model.learning_rate.share = end / total
@@ -166,7 +166,7 @@ def load_policy(file: Path) -> BaseAlgorithm:
         raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or not a model of {kinds}") from error
 
 
-def load_tensors(
+def load(
     file: Path, run_args: Mapping[str, Any], settings: Mapping[str, Any], env: VecEnv | None = None
 ) -> BaseAlgorithm:
     """Load a run's model: build it from arguments and settings, then fill in the tensors and counts of its file.
@@ -180,15 +180,19 @@ def load_tensors(
         with archive(file, PARTS, MOST_MODEL) as (parts, infos):
             stored = parsed_json(parts.read("data"))
             names = [info.filename for info in infos if info.filename.endswith(".pth")]
-            tensors = {name: _tensors(parts.read(name)) for name in names}
-        _check_finite(tensors)
-        model: Any = _make_model(
-            run_args["algo"], env or _stub_env(stored, run_args["num_envs"]), settings, run_args["seed"]
-        )
+            tensors = {name: _read(parts.read(name)) for name in names}
+        _check(tensors)
+        model: Any = _make(run_args["algo"], env or _stub_env(stored, run_args["num_envs"]), settings, run_args["seed"])
         states, variables = model._get_torch_save_params()
         model.set_parameters({name: tensors[f"{name}.pth"] for name in states})
         for name in states:
-            _check_moments(recursive_getattr(model, name))
+            # Make sure that the moments of an optimiser have the shapes of the weights that they belong to.
+            part = recursive_getattr(model, name)
+            for weight, moments in part.state.items() if isinstance(part, torch.optim.Optimizer) else ():
+                if any(
+                    torch.is_tensor(value) and value.ndim and value.shape != weight.shape for value in moments.values()
+                ):
+                    raise ValueError("moments of other weights")
         for name in variables:
             getattr(model, name).data = tensors["pytorch_variables.pth"][name].data
         for name in COUNTS:
@@ -217,13 +221,13 @@ def _stub_env(stored: Mapping[str, Any], count: int) -> VecEnv:
     return rows
 
 
-def _tensors(data: bytes) -> dict[str, Any]:
+def _read(data: bytes) -> dict[str, Any]:
     with archive(BytesIO(data), INNER, MOST_MODEL), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # errors report foreign files
         return torch.load(BytesIO(data), map_location="cpu", weights_only=True)
 
 
-def _check_finite(values: Any) -> None:
+def _check(values: Any) -> None:
     """Make sure that all tensors in nested mappings and lists are finite.
 
     Raises:
@@ -232,21 +236,10 @@ def _check_finite(values: Any) -> None:
     if isinstance(values, torch.Tensor) and not bool(torch.isfinite(values).all()):
         raise ValueError("a tensor whose numbers are not finite")
     for part in values.values() if isinstance(values, dict) else values if isinstance(values, list) else ():
-        _check_finite(part)
+        _check(part)
 
 
-def _check_moments(part: Any) -> None:
-    """Make sure that the moments of an optimiser have the shapes of the weights that they belong to.
-
-    Raises:
-        ValueError: they have not.
-    """
-    for weight, moments in part.state.items() if isinstance(part, torch.optim.Optimizer) else ():
-        if any(torch.is_tensor(value) and value.ndim and value.shape != weight.shape for value in moments.values()):
-            raise ValueError("moments of other weights")
-
-
-def load_statistics(file: Path, env: VecEnv) -> VecNormalize:
+def statistics(file: Path, env: VecEnv) -> VecNormalize:
     """Load the statistics that normalise observations; runs code in the file.
 
     Raises:
@@ -270,12 +263,12 @@ def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     Raises:
         UsageError: the settings do not fit the algorithm.
     """
-    model = _make_model(algo, env, settings, seed)
-    _start_at_zero(model)
+    model = _make(algo, env, settings, seed)
+    _begin(model)
     return model
 
 
-def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
+def _make(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
     """A model with random weights."""
     torch.set_num_threads(1)  # small networks are slower on many threads than on one
     chosen = algorithm_arguments(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
@@ -287,7 +280,15 @@ def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) 
     if issubclass(kind, OffPolicyAlgorithm) and not sees_pictures:  # a failed pick teaches who sees where to grasp
         chosen.setdefault("replay_buffer_class", ThrownBuffer)
     with about(f"hyperparameters do not fit {algo}"):
-        check_known("hyperparameter", chosen, _keywords(kind))
+        # Names of the arguments of a class, and of classes below to which the class passes further ones.
+        names: list[str] = []
+        for base in kind.__mro__:
+            if "__init__" in vars(base):
+                parameters = signature(base).parameters.values()
+                names += [part.name for part in parameters if part.kind not in (part.VAR_KEYWORD, part.VAR_POSITIONAL)]
+                if all(part.kind is not part.VAR_KEYWORD for part in parameters):
+                    break
+        check_known("hyperparameter", chosen, names)
     try:
         return kind(policy, env, seed=seed, device="cpu", verbose=0, **chosen)
     except PntGymError:
@@ -295,18 +296,6 @@ def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) 
     except Exception as error:
         # A setting of the wrong type may raise anything in the library.
         raise UsageError(f"hyperparameters do not fit {algo}: {one_sentence(error)}") from error
-
-
-def _keywords(kind: type[Any]) -> list[str]:
-    """Names of the arguments of a class, and of classes below to which the class passes further ones."""
-    names: list[str] = []
-    for base in kind.__mro__:
-        if "__init__" in vars(base):
-            parameters = signature(base).parameters.values()
-            names += [part.name for part in parameters if part.kind not in (part.VAR_KEYWORD, part.VAR_POSITIONAL)]
-            if all(part.kind is not part.VAR_KEYWORD for part in parameters):
-                break
-    return names
 
 
 def _policy(algo: str, name: str | None, sees_pictures: bool) -> str | type[Any]:
@@ -325,7 +314,7 @@ def _policy(algo: str, name: str | None, sees_pictures: bool) -> str | type[Any]
     return name or ("MlpLstmPolicy" if algo in RECURRENT else usual)
 
 
-def _start_at_zero(model: BaseAlgorithm) -> None:
+def _begin(model: BaseAlgorithm) -> None:
     """Scale the layer of the mean action by `SMALL`, so that first actions are nearly zero; scorers need no scaling.
 
     SAC begins with a standard deviation that hardly depends on the observation, if `log_std_init` says which one.

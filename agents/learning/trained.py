@@ -27,8 +27,8 @@ import yaml
 
 from pnt_gym.reading import PlainLoader, ReadError, bytes_of, yaml_of
 
+from ..ground import shipped
 from ..ground.cli import UsageError
-from ..ground.shipped import policy_place
 from .hyperparameters import MOST_MODEL
 from .runs import RunFolder
 
@@ -66,7 +66,7 @@ _ZooLoader.add_constructor("tag:yaml.org,2002:python/object/apply:collections.Or
 _ZooLoader.add_constructor("tag:yaml.org,2002:python/tuple", _ZooLoader.construct_sequence)
 
 
-def find_policy(place: Path) -> TrainedPolicy:
+def find(place: Path) -> TrainedPolicy:
     """Find the policy in a run folder, an RL-Zoo folder or a model file.
 
     Raises:
@@ -78,52 +78,46 @@ def find_policy(place: Path) -> TrainedPolicy:
         return TrainedPolicy(place, _file_or_none(place.with_name(STATISTICS)), {})
     inner = sorted(path.parent for path in place.glob("*/args.yml"))
     if inner and not (place / "args.yml").is_file():
-        return _zoo(place, inner[0])
+        # A run folder of RL Zoo.
+        folder = inner[0]
+        run_args, settings = _read(folder / "args.yml"), _read(folder / "config.yml")
+        for name in REFUSED:
+            if settings.get(name) not in (None, 1):
+                raise UsageError(f"the policy of {str(place)!r} was trained with {name}, which is not supported")
+        models = [place / f"{folder.name}.zip", place / "best_model.zip"]
+        existing = [model for model in models if model.is_file()]
+        if not existing:
+            raise UsageError(f"{str(place)!r} holds neither {models[0].name} nor {models[1].name}")
+        kwargs = run_args.get("env_kwargs")
+        recorded = {**(kwargs if isinstance(kwargs, dict) else {}), "env": run_args.get("env")}
+        task = {name: recorded[name] for name in ("env", "level", "action_mode") if isinstance(recorded.get(name), str)}
+        return TrainedPolicy(existing[0], _file_or_none(folder / STATISTICS), task)
     run = RunFolder(place)
     run_args = run.arguments
     task = {"env": run_args["env"], "level": str(place / "env.yaml"), "action_mode": run_args["action_mode"]}
     return TrainedPolicy(run.policy_file(), None, task, is_run=True)
 
 
-def files_of(place: Path) -> dict[str, bytes]:
+def files(place: Path) -> dict[str, bytes]:
     """Contents of the files of a trained policy, or of a scorer (.npz), by path relative to the parent folder.
 
     Raises:
         UsageError: there is no policy, or its files cannot be read.
     """
     root = place.resolve()
-    paths = [root] if root.suffix == ".npz" else _parts(root)
+    paths = [root]
+    if root.suffix != ".npz":  # the files that `find` or the loading of the policy reads
+        policy = find(root)
+        paths = [policy.model, *([] if policy.statistics is None else [policy.statistics])]
+        if root.is_dir():
+            paths += [path for pattern in ("*.y*ml", "*/args.yml", "*/config.yml") for path in root.glob(pattern)]
     try:
         return {path.relative_to(root.parent).as_posix(): bytes_of(path, MOST_MODEL) for path in paths}
     except ReadError as error:
         raise UsageError(f"cannot read the files of {str(place)!r}: {error}") from None
 
 
-def _parts(place: Path) -> list[Path]:
-    """Files of a policy that `find_policy` or the loading of the policy reads."""
-    policy = find_policy(place)
-    paths = [policy.model, *([] if policy.statistics is None else [policy.statistics])]
-    if place.is_dir():
-        paths += [path for pattern in ("*.y*ml", "*/args.yml", "*/config.yml") for path in place.glob(pattern)]
-    return paths
-
-
-def _zoo(place: Path, inner: Path) -> TrainedPolicy:
-    run_args, settings = _zoo_yaml(inner / "args.yml"), _zoo_yaml(inner / "config.yml")
-    for name in REFUSED:
-        if settings.get(name) not in (None, 1):
-            raise UsageError(f"the policy of {str(place)!r} was trained with {name}, which is not supported")
-    models = [place / f"{inner.name}.zip", place / "best_model.zip"]
-    existing = [model for model in models if model.is_file()]
-    if not existing:
-        raise UsageError(f"{str(place)!r} holds neither {models[0].name} nor {models[1].name}")
-    kwargs = run_args.get("env_kwargs")
-    recorded = {**(kwargs if isinstance(kwargs, dict) else {}), "env": run_args.get("env")}
-    task = {name: recorded[name] for name in ("env", "level", "action_mode") if isinstance(recorded.get(name), str)}
-    return TrainedPolicy(existing[0], _file_or_none(inner / STATISTICS), task)
-
-
-def _zoo_yaml(path: Path) -> dict[str, Any]:
+def _read(path: Path) -> dict[str, Any]:
     try:
         return dict(yaml_of(path, loader=_ZooLoader))
     except Exception:  # see `agents.ground.files`
@@ -134,7 +128,7 @@ def _file_or_none(path: Path) -> Path | None:
     return path if path.is_file() else None
 
 
-def check_trust(place: Path, trusted: bool) -> None:
+def check(place: Path, trusted: bool) -> None:
     """Make sure that the user trusts a file that may run code.
 
     Raises:
@@ -147,7 +141,7 @@ def check_trust(place: Path, trusted: bool) -> None:
         )
 
 
-def resolve_task(
+def resolve(
     controller: str, env: str | None, level: LevelT | None, action_mode: str | None
 ) -> tuple[str, LevelT | str | None, str | None]:
     """Environment id, level and action mode: as given, else of the controller's training, else the defaults.
@@ -157,8 +151,8 @@ def resolve_task(
     Raises:
         UsageError: the run folder's environment is in a module that the user has not named.
     """
-    place = policy_place(controller)
-    recorded = find_policy(place).task if os.path.isdir(place) else {}  # False for a name too long to be one
+    place = shipped.place(controller)
+    recorded = find(place).task if os.path.isdir(place) else {}  # False for a name too long to be one
     env_id = importless_environment(controller, recorded.get("env", "PnTConveyor-v0")) if env is None else env
     mode = recorded.get("action_mode") if action_mode is None else action_mode
     return env_id, recorded.get("level") if level is None else level, mode
@@ -172,7 +166,7 @@ def resolve_shared_task(
     Raises:
         UsageError: controllers were trained in different environments and no environment is given.
     """
-    tasks = [resolve_task(controller, env, level, None) for controller in controllers]
+    tasks = [resolve(controller, env, level, None) for controller in controllers]
     trained = [task for task in tasks if task[1:] != (level, None)]
     for task in trained:
         if (task[0], task[2]) != (trained[0][0], trained[0][2]):
@@ -180,7 +174,7 @@ def resolve_shared_task(
                 f"controllers were trained in {trained[0][0]} and {task[0]}, with actions {trained[0][2]} and "
                 f"{task[2]}; compare controllers of one environment and action mode"
             )
-    return [*trained, *tasks, resolve_task("analytic", env, level, None)][0]
+    return [*trained, *tasks, resolve("analytic", env, level, None)][0]
 
 
 def importless_environment(folder: str | Path, env_id: str) -> str:

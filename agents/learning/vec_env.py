@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, cast, final
 
 import numpy as np
@@ -13,8 +13,9 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvS
 
 from pnt_gym.cells.base.core import EPISODE_SUCCESS
 
+from ..ground import environments
 from ..ground.cli import UsageError
-from ..ground.environments import Env, check_autoreset, core_of
+from ..ground.environments import Env, core_of
 from ..ground.infos import results
 from ..ground.infos import rows_thrown as rows_with_throw
 
@@ -27,16 +28,6 @@ MASKS: Final = "action_masks"
 def rows_thrown(infos: Sequence[Mapping[str, Any]]) -> list[int]:
     """Rows with a throw, without failed picks and dropped objects."""
     return [row for row, info in enumerate(infos) if info.get("picked", True) and not info.get("dropped", False)]
-
-
-def _even_rewards(reward: NDArray[Any], infos: Sequence[Mapping[str, Any]]) -> NDArray[Any]:
-    """Rewards (N,), with the mean reward of the throws in rows without a throw; unchanged without any throw."""
-    rows = rows_thrown(infos)
-    if not rows:
-        return reward
-    evened = np.full_like(reward, np.mean(reward[rows]))
-    evened[rows] = reward[rows]
-    return evened
 
 
 def _learnable(observation: Any) -> Any:
@@ -65,7 +56,7 @@ class SameStepVecEnv(VecEnv):
     """
 
     def __init__(self, env: Env, *, even: bool = False, price: float = 0.0) -> None:
-        check_autoreset(env)
+        environments.check(env)
         self.env = env
         self._even, self._price = even, price
         self._start = time.perf_counter()
@@ -102,10 +93,24 @@ class SameStepVecEnv(VecEnv):
         keys = [key for key in INFO_KEYS if key in columns]
         infos = [{key: columns[key][i].item() for key in keys} if ends[i] else {} for i in range(self.num_envs)]
         for i in np.flatnonzero(dones).tolist():
-            infos[i].update(self._ending(info, i, bool(truncated[i] and not terminated[i])))
+            timed_out = bool(truncated[i] and not terminated[i])
+            seconds = round(time.perf_counter() - self._start, 6)
+            share = info.get("final_info", {}).get(EPISODE_SUCCESS)
+            infos[i].update(
+                {
+                    **({} if share is None else {EPISODE_SUCCESS: float(share[i])}),
+                    "terminal_observation": _learnable(info["final_obs"][i]),
+                    "TimeLimit.truncated": timed_out,
+                    "episode": {"r": float(self._returns[i]), "l": int(self._lengths[i]), "t": seconds},
+                }
+            )
         self._returns[dones] = 0.0
         self._lengths[dones] = 0
-        reward = _even_rewards(reward, infos) if self._even else reward
+        rows = rows_thrown(infos) if self._even else []
+        if rows:  # rows without a throw get the mean reward of the throws
+            evened = np.full_like(reward, np.mean(reward[rows]))
+            evened[rows] = reward[rows]
+            reward = evened
         return _learnable(observation), np.asarray(reward, dtype=np.float32), dones, infos
 
     def close(self) -> None:
@@ -114,7 +119,7 @@ class SameStepVecEnv(VecEnv):
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """An attribute of the vector environment, once per row."""
-        value = self._masks if attr_name == MASKS else getattr(self.env, attr_name)
+        value = cast("Any", core_of(self.env)).masks if attr_name == MASKS else getattr(self.env, attr_name)
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
@@ -132,7 +137,7 @@ class SameStepVecEnv(VecEnv):
     ) -> list[Any]:
         """Call a method of the vector environment once; every row gets its result, but masks are per row."""
         if method_name == MASKS:
-            masks = self._masks()
+            masks = cast("Any", core_of(self.env)).masks()
             return [masks[row] for row in self._get_indices(indices)]
         result = getattr(self.env, method_name)(*method_args, **method_kwargs)
         return [result for _ in self._get_indices(indices)]
@@ -146,21 +151,6 @@ class SameStepVecEnv(VecEnv):
         images: Any = self.env.render() if self.render_mode == "rgb_array" else None
         return [None] * self.num_envs if images is None else list(images)
 
-    @property
-    def _masks(self) -> Callable[[], NDArray[np.bool_]]:
-        """The core's method that returns the masks of valid choices (N, A); AttributeError for cores without masks."""
-        return cast("Any", core_of(self.env)).masks
-
     def _clear(self) -> None:
         self._returns = np.zeros(self.num_envs)
         self._lengths = np.zeros(self.num_envs, dtype=np.int64)
-
-    def _ending(self, info: Mapping[str, Any], row: int, timed_out: bool) -> dict[str, Any]:
-        seconds = round(time.perf_counter() - self._start, 6)
-        share = info.get("final_info", {}).get(EPISODE_SUCCESS)
-        return {
-            **({} if share is None else {EPISODE_SUCCESS: float(share[row])}),
-            "terminal_observation": _learnable(info["final_obs"][row]),
-            "TimeLimit.truncated": timed_out,
-            "episode": {"r": float(self._returns[row]), "l": int(self._lengths[row]), "t": seconds},
-        }

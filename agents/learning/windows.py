@@ -9,7 +9,7 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from ..ground.metrics import mean_of_finite
+from ..ground import metrics
 
 
 class Window(ABC):
@@ -62,7 +62,7 @@ class ThrowWindow(Window):
         for info, reward in zip(infos, rewards, strict=True):
             if info:  # else the row's pick goes on
                 self._throws.append((info.get("is_success", 0.0), info.get("landing_error", np.nan), float(reward)))
-        success, error, reward = map(mean_of_finite, zip(*self._throws, strict=True)) if self._throws else 3 * (np.nan,)
+        success, error, reward = map(metrics.mean, zip(*self._throws, strict=True)) if self._throws else 3 * (np.nan,)
         return success, error, reward
 
     def text(self, figure: float) -> str:

@@ -10,11 +10,12 @@ import tyro
 
 from pnt_gym.cells.line.config import LineConfig
 
+from ..ground import levels
 from ..ground.cli import at_least, option
-from ..ground.levels import show_assumed
 from ..ground.outputs import check_writable
 from ..ground.tables import console
-from .thrown import NUM_ENVS, calibrate, table_place
+from . import thrown
+from .thrown import NUM_ENVS, calibrate
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,8 @@ def main(arguments: Arguments) -> None:
     """Simulate the throws, count successes, write the table."""
     at_least(vars(arguments), throws=100, seed=0, num_envs=1, threads=1)
     config = LineConfig.load(arguments.level, throws="full", chances=None)
-    place = table_place(config, arguments.release) if arguments.out is None else arguments.out
+    place = thrown.place(config, arguments.release) if arguments.out is None else arguments.out
     check_writable(place)
     numbers = arguments.throws, arguments.seed, arguments.num_envs, arguments.threads
-    show_assumed(config)
+    levels.show(config)
     console().print(calibrate(config, place, *numbers, release=arguments.release))

@@ -10,13 +10,12 @@ import tyro
 
 from pnt_gym.cells.line.table_name import MADE
 
+from ..ground import levels
 from ..ground.cli import option
-from ..ground.levels import show_assumed
 from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
 from ..ground.tables import console
+from . import reasons, verdict
 from .plan_picture import plan_picture
-from .reasons import plans_table
-from .verdict import judge_line, load_line, read_options
 
 
 @dataclass(frozen=True)
@@ -66,19 +65,18 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Judge every plan, and report the smallest one that reaches the recovery, and the reason."""
-    sweep, conditions = read_options(vars(arguments), arguments.recovery)
+    sweep, conditions = verdict.read(vars(arguments), arguments.recovery)
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)
-    level = load_line(arguments.level, arguments.release)
-    show_assumed(level)
-    judged = judge_line(level, sweep, conditions, arguments.recovery, arguments.release, console().print)
-    verdict = judged.verdict
+    level = verdict.load(arguments.level, arguments.release)
+    levels.show(level)
+    judged = verdict.judge(level, sweep, conditions, arguments.recovery, arguments.release, console().print)
     shifts = f"{arguments.shifts} shifts of {arguments.minutes:g} min each"
-    title = f"shares in %; level {arguments.level}, {shifts}, {arguments.controller}, release {verdict.release}"
-    console().print(plans_table(title, judged.plans, arguments.recovery).terminal())
-    for sentence in verdict.sentences:
+    title = f"shares in %; level {arguments.level}, {shifts}, {arguments.controller}, release {judged.verdict.release}"
+    console().print(reasons.table(title, judged.plans, arguments.recovery).terminal())
+    for sentence in judged.verdict.sentences:
         console().print(sentence)
     if arguments.json is not None:
         deliver_json(arguments.json, judged.entries)
     if arguments.picture is not None:
-        deliver_text(arguments.picture, plan_picture(judged.plans, verdict, arguments.recovery))
+        deliver_text(arguments.picture, plan_picture(judged.plans, judged.verdict, arguments.recovery))

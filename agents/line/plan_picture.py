@@ -26,7 +26,7 @@ RED: Final = "#d62728"
 PALE_RED: Final = "#f4b6b6"
 
 
-def draw_line(part: Any, config: LineConfig, title: str) -> None:
+def _draw(part: Any, config: LineConfig, title: str) -> None:
     """Draw a line from above, to scale, into a part of a figure."""
     from matplotlib.patches import Ellipse, Rectangle  # noqa: PLC0415 - heavy, needed for reports only
 
@@ -43,7 +43,12 @@ def draw_line(part: Any, config: LineConfig, title: str) -> None:
         axes.add_patch(Ellipse((robot.x, 0.0), *reach, fill=False, linestyle="--", linewidth=0.7, color="#4c72b0"))
         axes.annotate(robot.name, (robot.x, right - 0.04), ha="center", va="top", fontsize=8, color="#4c72b0")
         _draw_bins(axes, config, index, _arriving(cell, index))
-    _explain(axes, title)
+    for colour, words in ((WINDOW, "window"), (PALE_RED, "not every bin is reached"), (RED, "no throw arrives")):
+        axes.scatter([], [], s=30, marker="s", color=colour, label=words)
+    axes.plot([], [], linestyle="--", linewidth=0.7, color="#4c72b0", label="reach of the hand")
+    dress(axes, "along the belt [m]", "across [m]", title)
+    axes.set_aspect("equal")
+    axes.autoscale_view()
     part.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
 
 
@@ -73,16 +78,6 @@ def _spacing(config: LineConfig) -> Floats:
     """Distances of the places from which throws are planned, along and across the belt (2,) [m]."""
     belt = config.cell.belt
     return np.array([np.ptp(belt.pick_x) / GRID[0], np.ptp(belt.lane_y) / GRID[1]])
-
-
-def _explain(axes: Axes, title: str) -> None:
-    """Name the axes and colours."""
-    for colour, words in ((WINDOW, "window"), (PALE_RED, "not every bin is reached"), (RED, "no throw arrives")):
-        axes.scatter([], [], s=30, marker="s", color=colour, label=words)
-    axes.plot([], [], linestyle="--", linewidth=0.7, color="#4c72b0", label="reach of the hand")
-    dress(axes, "along the belt [m]", "across [m]", title)
-    axes.set_aspect("equal")
-    axes.autoscale_view()
 
 
 def _arriving(cell: LineCell, robot: int) -> dict[int, tuple[Floats, Bools]]:
@@ -133,16 +128,34 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
     items = len(plan.config.cell.items)
     landing_rows = -(-items // 2)
     figure, (view, bars, landings) = stacked_panels(WIDTH, (2.7, 2.0 + ROW * len(plans), 0.4 + 2.7 * landing_rows))
-    draw_line(view, plan.config, f"The line to scale: {_row_text(plan.row, plans)}")
+    _draw(view, plan.config, f"The line to scale: {_text(plan.row, plans)}")
     fates, energy = bars.subplots(1, 2, sharey=True, width_ratios=(3, 1))
-    _draw_fates(fates, ordered, recovery)
-    _draw_energy(energy, ordered)
-    fates.set_yticks(np.arange(len(plans)), labels=[_row_text(each.row, plans) for each in ordered], fontsize=8)
+    # Recovery by number of robots and belt speed, with the causes of losses stacked behind it.
+    left = np.zeros(len(ordered))
+    splits = any(plan.row["fates"]["lost"] > 0.0 for plan in ordered)
+    for fate, colour in zip(FATES, FATE_COLOURS, strict=True):
+        share = np.array([100.0 * plan.row["fates"][fate] for plan in ordered])
+        words = WORDS[fate] if splits or fate != "missed" else "thrown, missed the bin or lost"
+        fates.barh(np.arange(len(ordered)), share, left=left, color=colour, label=words, height=0.75)
+        left += share
+    for index, each in enumerate(ordered):
+        fates.text(1.0, index, percent(each.row["recovery"]), va="center", fontsize=8, color="white")
+    fates.axvline(100.0 * recovery, color="black", linewidth=0.8, linestyle="--")
+    title = f"What became of the objects (dashed: {percent(recovery)})"
+    dress(fates, "share of the objects that came [%]", "", title, xlim=(0.0, 100.0))
+    # Joules for each sorted object.
+    joules = [plan.row["energy_per_sorted_j"] for plan in ordered]
+    values = [0.0 if value is None else value for value in joules]
+    energy.barh(np.arange(len(ordered)), values, color=COLOURS[0], height=0.75)
+    for index, value in enumerate(joules):
+        energy.text(0.0, index, "  unknown" if value is None else f"  {value:.1f} J", va="center", fontsize=8)
+    dress(energy, "energy [J]", "", "Per sorted object", xlim=(0.0, 1.2 * max(values) + 1.0))
+    fates.set_yticks(np.arange(len(plans)), labels=[_text(each.row, plans) for each in ordered], fontsize=8)
     fates.invert_yaxis()
     bars.legend(*fates.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
     panels = np.ravel(landings.subplots(landing_rows, 2, squeeze=False))
     for item, axes in enumerate(panels[:items]):
-        _draw_landings(axes, item, releases)
+        _landings(axes, item, releases)
     for axes in panels[items:]:
         axes.set_visible(False)
     landings.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
@@ -154,7 +167,7 @@ def _place(row: dict[str, Any]) -> tuple[Any, ...]:
     return row["robots"], row["skills"], row["percent"], row["belt_speed"]
 
 
-def _row_text(row: dict[str, Any], plans: Sequence[Planned]) -> str:
+def _text(row: dict[str, Any], plans: Sequence[Planned]) -> str:
     """Words for a plan: what differs among the plans, and robots, belt speed and limits always."""
     skills = {plan.row["skills"] for plan in plans}
     robots = "1 robot" if row["robots"] == 1 else f"{row['robots']} robots"
@@ -162,36 +175,12 @@ def _row_text(row: dict[str, Any], plans: Sequence[Planned]) -> str:
     return text if len(skills) == 1 else f"{text}, skills {row['skills']}"
 
 
-def _draw_fates(axes: Axes, plans: Sequence[Planned], recovery: float) -> None:
-    """Recovery by number of robots and belt speed, with the causes of losses stacked behind it."""
-    left = np.zeros(len(plans))
-    splits = any(plan.row["fates"]["lost"] > 0.0 for plan in plans)
-    for fate, colour in zip(FATES, FATE_COLOURS, strict=True):
-        share = np.array([100.0 * plan.row["fates"][fate] for plan in plans])
-        words = WORDS[fate] if splits or fate != "missed" else "thrown, missed the bin or lost"
-        axes.barh(np.arange(len(plans)), share, left=left, color=colour, label=words, height=0.75)
-        left += share
-    for index, plan in enumerate(plans):
-        axes.text(1.0, index, percent(plan.row["recovery"]), va="center", fontsize=8, color="white")
-    axes.axvline(100.0 * recovery, color="black", linewidth=0.8, linestyle="--")
-    title = f"What became of the objects (dashed: {percent(recovery)})"
-    dress(axes, "share of the objects that came [%]", "", title, xlim=(0.0, 100.0))
-
-
-def _draw_energy(axes: Axes, plans: Sequence[Planned]) -> None:
-    """Joules for each sorted object."""
-    joules = [plan.row["energy_per_sorted_j"] for plan in plans]
-    values = [0.0 if value is None else value for value in joules]
-    axes.barh(np.arange(len(plans)), values, color=COLOURS[0], height=0.75)
-    for index, value in enumerate(joules):
-        axes.text(0.0, index, "  unknown" if value is None else f"  {value:.1f} J", va="center", fontsize=8)
-    dress(axes, "energy [J]", "", "Per sorted object", xlim=(0.0, 1.2 * max(values) + 1.0))
-
-
-def _draw_landings(axes: Axes, item: int, releases: Sequence[tuple[str, Planned]]) -> None:
+def _landings(axes: Axes, item: int, releases: Sequence[tuple[str, Planned]]) -> None:
     """Where an item comes down around the middle of its bin's opening, with two releases; lost objects do not."""
     plan = releases[0][1]
-    name, opening = plan.config.cell.items[item], 1000.0 * _opening(plan, item)
+    name, cells = plan.config.cell.items[item], plan.config.cells()
+    # The opening of the first bin that takes the item [mm].
+    opening = 1000.0 * np.array(next(bin_.size for cell in cells for bin_ in cell.bins.fixed if bin_.takes(name)))
     half = EDGE * opening.max() / 2.0
     from matplotlib.patches import Rectangle  # noqa: PLC0415 - heavy, needed for reports only
 
@@ -204,10 +193,3 @@ def _draw_landings(axes: Axes, item: int, releases: Sequence[tuple[str, Planned]
     failed, other = (percent(planned.thrown_badly(item)) for _, planned in releases)
     title = f"{name}: {failed} of throws fail,\n{other} with {releases[1][0]}"
     dress(axes, "along the belt [mm]", "across [mm]", title, xlim=(-half, half), ylim=(-half, half), aspect="equal")
-
-
-def _opening(plan: Planned, item: int) -> Floats:
-    """Opening of the first bin that takes an item [m]."""
-    name, config = plan.config.cell.items[item], plan.config
-    bins = [bin_ for cell in config.cells() for bin_ in cell.bins.fixed]
-    return np.array(next(bin_.size for bin_ in bins if bin_.takes(name)))

@@ -18,13 +18,15 @@ from pnt_gym.cells.line.table_name import MADE
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import unknown_name
 
+from ..dispatchers import registry
 from ..dispatchers.decisions import make_release
-from ..dispatchers.registry import ENV, line_controller, line_core
+from ..dispatchers.registry import ENV, line_core
+from ..ground import metrics
 from ..ground.cli import UsageError
 from ..ground.environments import make_vector, stream_seed
-from ..ground.metrics import mean_interval
 from ..ground.tables import throws_bar
-from ..judging.losses import FATES, Counted, Fates, decision_energy, energy_summary
+from ..judging import losses
+from ..judging.losses import FATES, Counted, Fates, decision_energy
 from ..judging.shifts import Shifts, run_shifts
 from .thrown import with_table
 
@@ -189,7 +191,26 @@ def judge_plan(
         config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads, chooser
     )
     shifts = work(line, conditions)
-    figures = plan_figures(shifts, line, counted)
+    recovery, value = metrics.interval(shifts.figures["shift_recovery"]), metrics.interval(shifts.value)
+    fates = Fates.of(shifts, line, counted)
+    # A shipped table is larger than the one whose throws say what became of them.
+    spread = 0.0 if counted is None or line.chances is None else table_spread(shifts, fates, counted)
+    by_item = zip(line.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
+    figures = {
+        "recovery": recovery.value,
+        "recovery_counts": spread,
+        "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
+        "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
+        "value_per_min": value.value,
+        "value_per_min_low": value.low,
+        "value_per_min_high": value.high,
+        "utilisation": shifts.figures["shift_utilisation"].mean(axis=0).tolist(),
+        "fates": fates.shares(),
+        "fates_by_item": {item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item},
+        "arrived": fates.arrived.tolist(),
+        **losses.energy(shifts, counted),
+        "money_per_hour": money_per_hour(shifts, line, counted),
+    }
     row = {**numbers, "chances_by": chooser or "random", **figures}
     return Planned(line, counted, row, shifts.figures["shift_recovery"].astype(np.float64))
 
@@ -199,7 +220,7 @@ def work(line: LineConfig, conditions: Conditions) -> Shifts:
     with closing(make_vector(ENV, line, conditions.shifts, conditions.threads)) as env, throws_bar() as bar:
         core = line_core(env)
         task = bar.add_task("shifts", total=conditions.shifts)
-        controller = line_controller(conditions.controller, core)
+        controller = registry.make(conditions.controller, core)
         seed = stream_seed("evaluate", conditions.seed)
         env.reset(seed=seed)
         return run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
@@ -237,10 +258,10 @@ def check_plan(plan: Planned, conditions: Conditions, release: str | None = None
         if release is not None:
             core.use(make_release(release, config))
         task = bar.add_task("shifts in the full physics", total=count)
-        controller, seed = line_controller(conditions.controller, core), stream_seed("evaluate", conditions.seed)
+        controller, seed = registry.make(conditions.controller, core), stream_seed("evaluate", conditions.seed)
         shifts = run_shifts(controller, env, count, seed, lambda number: bar.advance(task, number))
     simulated = shifts.figures["shift_recovery"].astype(np.float64)
-    recovery, over = mean_interval(simulated), mean_interval(simulated - plan.recovery[:count])
+    recovery, over = metrics.interval(simulated), metrics.interval(simulated - plan.recovery[:count])
     below, above = (float(np.hypot(end - over.value, plan.row["recovery_counts"])) for end in (over.low, over.high))
     return {
         "shifts": count,
@@ -250,30 +271,6 @@ def check_plan(plan: Planned, conditions: Conditions, release: str | None = None
         "over_table": over.value,
         "over_table_low": over.value - below,
         "over_table_high": over.value + above,
-    }
-
-
-def plan_figures(shifts: Shifts, config: LineConfig, counted: Counted | None) -> dict[str, Any]:
-    """Figures of a plan from its shifts."""
-    recovery, value = mean_interval(shifts.figures["shift_recovery"]), mean_interval(shifts.value)
-    fates = Fates.of_shifts(shifts, config, counted)
-    # A shipped table is larger than the one whose throws say what became of them.
-    spread = 0.0 if counted is None or config.chances is None else table_spread(shifts, fates, counted)
-    by_item = zip(config.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
-    return {
-        "recovery": recovery.value,
-        "recovery_counts": spread,
-        "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
-        "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
-        "value_per_min": value.value,
-        "value_per_min_low": value.low,
-        "value_per_min_high": value.high,
-        "utilisation": shifts.figures["shift_utilisation"].mean(axis=0).tolist(),
-        "fates": fates.shares(),
-        "fates_by_item": {item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item},
-        "arrived": fates.arrived.tolist(),
-        **energy_summary(shifts, counted),
-        "money_per_hour": money_per_hour(shifts, config, counted),
     }
 
 

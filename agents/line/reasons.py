@@ -16,14 +16,14 @@ THROWN: Final = ("misplaced", "missed", "lost")
 """Fates of objects that were thrown in vain."""
 
 
-def plans_table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
+def table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
     """Table of all plans, with the causes for which objects were not sorted.
 
     What is the same in all plans stands in the title, because a terminal has room for about twelve columns.
     """
     header = ["robots", "skills", "belt", "limits", "recovery", "value/min", "at work"]
     header += ["missed", "unsealed", "not tried", "worst item", "J each", "money/h", "enough"]
-    rows = [_cells(plan, recovery) for plan in plans]
+    rows = [_row(plan, recovery) for plan in plans]
     # Money that no level names would only take room.
     idle = {"money/h"} if all(plan.row["money_per_hour"] is None for plan in plans) else set[str]()
     alike = [name for name in ("skills", "belt", "limits") if len({row[header.index(name)] for row in rows}) == 1]
@@ -33,9 +33,11 @@ def plans_table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
     return Grid(", ".join(parts), [header[index] for index in kept], cells)
 
 
-def _cells(plan: Planned, recovery: float) -> list[str]:
+def _row(plan: Planned, recovery: float) -> list[str]:
     row, fates = plan.row, plan.row["fates"]
-    worst = _worst_item(plan)
+    # The item of which the least share is sorted, among those that came.
+    came = [item for item, count in zip(plan.config.cell.items, plan.row["arrived"], strict=True) if count > 0.0]
+    worst = min(came, key=lambda item: plan.row["fates_by_item"][item]["sorted"])
     energy, money = row["energy_per_sorted_j"], row["money_per_hour"]
     return [
         str(row["robots"]),
@@ -53,13 +55,7 @@ def _cells(plan: Planned, recovery: float) -> list[str]:
     ]
 
 
-def _worst_item(plan: Planned) -> str:
-    """The item of which the least share is sorted, among those that came."""
-    came = [item for item, count in zip(plan.config.cell.items, plan.row["arrived"], strict=True) if count > 0.0]
-    return min(came, key=lambda item: plan.row["fates_by_item"][item]["sorted"])
-
-
-def chosen_plan(plans: Sequence[Planned], recovery: float) -> tuple[Planned, bool]:
+def choose(plans: Sequence[Planned], recovery: float) -> tuple[Planned, bool]:
     """The smallest plan that reaches a recovery, or else the best plan; and whether the plan reaches it."""
     enough = [plan for plan in plans if plan.row["recovery_low"] >= recovery]
     if not enough:
@@ -70,9 +66,9 @@ def chosen_plan(plans: Sequence[Planned], recovery: float) -> tuple[Planned, boo
 def answer(plan: Planned, is_enough: bool, recovery: float) -> str:
     """The smallest plan that reaches the recovery, or the best one, in one sentence."""
     if is_enough:
-        return f"the smallest plan with a recovery of {percent(recovery)}: {plan_text(plan.row)}"
+        return f"the smallest plan with a recovery of {percent(recovery)}: {_plan(plan.row)}"
     return (
-        f"no plan reaches a recovery of {percent(recovery)}; the best plan, {plan_text(plan.row)}, reaches "
+        f"no plan reaches a recovery of {percent(recovery)}; the best plan, {_plan(plan.row)}, reaches "
         f"{percent(plan.row['recovery'])}"
     )
 
@@ -90,27 +86,18 @@ def check_text(checked: dict[str, Any]) -> str:
     )
 
 
-def plan_text(row: dict[str, Any]) -> str:
+def _plan(row: dict[str, Any]) -> str:
     """A plan in words."""
     robots = "1 robot" if row["robots"] == 1 else f"{row['robots']} robots"
     return f"{robots} at {row['percent']:g} % and a belt at {row['belt_speed']:g} m/s"
 
 
-def is_thrown_badly(plan: Planned) -> bool:
-    """Whether throws cost a plan more objects than all that pass the end."""
-    fates = plan.row["fates"]
-    return sum(fates[name] for name in THROWN) > fates["passed"] + fates["unsealed"]
-
-
-def worst_throws(plan: Planned) -> list[int]:
-    """Indices of the items that make up most of the objects thrown in vain, the one that misses most often first."""
-    losses = np.array(plan.row["arrived"]) * [plan.thrown_badly(item) for item in range(len(plan.row["arrived"]))]
-    return sorted(np.flatnonzero(losses >= MAJOR * losses.sum()).tolist(), key=plan.thrown_badly, reverse=True)
-
-
 def throws_are_the_reason(plan: Planned, recovery: float) -> bool:
     """Whether throws keep a plan from a recovery, and not the objects that pass the end."""
-    return is_thrown_badly(plan) or plan.bound < recovery
+    fates = plan.row["fates"]
+    # Throws cost the plan more objects than all that pass the end.
+    is_thrown_badly = sum(fates[name] for name in THROWN) > fates["passed"] + fates["unsealed"]
+    return is_thrown_badly or plan.bound < recovery
 
 
 def reason(
@@ -126,7 +113,19 @@ def reason(
         changes: recovery of the same plan with one thing changed, by words for the change.
     """
     if throws_are_the_reason(plan, recovery):
-        return _throws_reason(plan, recovery, release, twin)
+        better, other = twin
+        helps = "more robots do not help" if plan.bound < recovery else "better throws help more than more robots"
+        items = plan.config.cell.items
+        # Indices of the items that make up most of the objects thrown in vain, the one that misses most often first.
+        losses = np.array(plan.row["arrived"]) * [plan.thrown_badly(item) for item in range(len(items))]
+        vain = sorted(np.flatnonzero(losses >= MAJOR * losses.sum()).tolist(), key=plan.thrown_badly, reverse=True)
+        texts = [_text(plan, index) for index in vain]
+        others = [f"{percent(other.thrown_badly(index))} of {items[index]}" for index in vain]
+        return (
+            f"the reason: {' and '.join(texts)}, so {helps}: with every object picked these throws sort "
+            f"{percent(plan.bound)}; release {better} loses {' and '.join(others)}, and the plan sorts "
+            f"{percent(other.row['recovery'])} instead of {percent(plan.row['recovery'])} with {release}"
+        )
     fates = plan.row["fates"]
     cause = max(("passed", "unsealed"), key=fates.__getitem__)
     items = plan.config.cell.items
@@ -147,20 +146,7 @@ def _changes_text(changes: Mapping[str, float]) -> str:
     return f"; by the same table the plan would sort {', '.join(texts)}" if texts else ""
 
 
-def _throws_reason(plan: Planned, recovery: float, release: str, twin: tuple[str, Planned]) -> str:
-    name, other = twin
-    helps = "more robots do not help" if plan.bound < recovery else "better throws help more than more robots"
-    worst, items = worst_throws(plan), plan.config.cell.items
-    texts = [_throws_text(plan, index) for index in worst]
-    others = [f"{percent(other.thrown_badly(index))} of {items[index]}" for index in worst]
-    return (
-        f"the reason: {' and '.join(texts)}, so {helps}: with every object picked these throws sort "
-        f"{percent(plan.bound)}; release {name} loses {' and '.join(others)}, and the plan sorts "
-        f"{percent(other.row['recovery'])} instead of {percent(plan.row['recovery'])} with {release}"
-    )
-
-
-def _throws_text(plan: Planned, item: int) -> str:
+def _text(plan: Planned, item: int) -> str:
     """How an item is thrown in vain, in words."""
     shares, name = plan.shares(item), plan.config.cell.items[item]
     cause = max(THROWN, key=shares.__getitem__)

@@ -19,15 +19,17 @@ from pnt_gym.cells.line.throws import SimulatedThrows
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers import NAMES
+from ..dispatchers import registry
 from ..dispatchers.decisions import make_release, work_shifts
-from ..dispatchers.registry import ENV, line_controller, line_core
+from ..dispatchers.registry import ENV, line_core
+from ..ground import shipped
 from ..ground.cli import UsageError
 from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import deliver_text
-from ..ground.shipped import policy_place
 from ..ground.tables import throws_bar
 from ..ground.versions import versions
-from ..judging.losses import ENTRY, Counted, CountedThrows, read_counted
+from ..judging import losses
+from ..judging.losses import ENTRY, Counted, CountedThrows
 from ..learning.runs import POLICY
 
 NUM_ENVS: Final = 32
@@ -40,7 +42,7 @@ CHANCES: Final = ("kind", "percent", "distance", "hits", "picked")
 """Columns of throws that make a table of chances."""
 
 
-def table_place(config: LineConfig, release: str | None, folder: Path = MADE, controller: str | None = None) -> Path:
+def place(config: LineConfig, release: str | None, folder: Path = MADE, controller: str | None = None) -> Path:
     """File of a line's table that a command makes.
 
     Args:
@@ -50,19 +52,19 @@ def table_place(config: LineConfig, release: str | None, folder: Path = MADE, co
         controller: what chooses the throws; None for random choices, which are the same for all lines of such cells.
     """
     place = config.made_table(folder)
-    parts = [place.stem, *([] if release is None else [_release_text(release)])]
+    parts = [place.stem, *([] if release is None else [_name(release)])]
     if controller is not None:
         line = config.model_dump_json(exclude={"name", "chances", "throws"})
         parts += [controller, hashlib.sha256(line.encode()).hexdigest()[:8]]
     return place.with_stem("-".join(parts))
 
 
-def _release_text(release: str) -> str:
+def _name(release: str) -> str:
     """Name of a release for files; a policy's file may change under its name, so its digest belongs to the name."""
     text = re.sub(r"[^A-Za-z0-9]+", "-", release).strip("-")[-60:]
     if release in NAMES:
         return text
-    file = policy_place(release) / POLICY
+    file = shipped.place(release) / POLICY
     return f"{text}-{hashlib.sha256(bytes_of(file, MOST_NUMBERS)).hexdigest()[:8]}" if file.is_file() else text
 
 
@@ -81,18 +83,18 @@ def with_table(
     there for these figures, while the shipped chances hold. With a controller, throws are counted once more as the
     controller chooses them by the first table.
     """
-    place = table_place(config, release, folder)
-    if not place.is_file():
-        calibrate(config, place, throws, seed, threads=threads, release=release)
-    with_chances = LineConfig.load(config, chances=str(place))
+    file = place(config, release, folder)
+    if not file.is_file():
+        calibrate(config, file, throws, seed, threads=threads, release=release)
+    with_chances = LineConfig.load(config, chances=str(file))
     ships = release is None and shipped_table(config).is_file()
     if controller is not None:
-        place = table_place(config, release, folder, controller)
-        if not place.is_file():
+        file = place(config, release, folder, controller)
+        if not file.is_file():
             line = config if ships else with_chances
-            calibrate(line, place, throws, seed, threads=threads, release=release, controller=controller)
-        with_chances = LineConfig.load(config, chances=str(place))
-    counted = read_counted(with_chances)
+            calibrate(line, file, throws, seed, threads=threads, release=release, controller=controller)
+        with_chances = LineConfig.load(config, chances=str(file))
+    counted = losses.read(with_chances)
     return (config if ships and controller is None else with_chances), counted
 
 
@@ -152,13 +154,13 @@ def random_throws(
         while count < throws:
             real = cell.state.choices["real"]
             attempts = cell.take(np.where(real, generator.random(real.shape), -1.0).argmax(axis=1))
-            yield _table_columns(attempts)
+            yield _columns(attempts)
             throws_now, over = int(attempts.valid.sum()), np.flatnonzero(cell.over)
             count += throws_now
             bar.advance(task, throws_now)
             empty = empty + over.size if throws_now == 0 else 0
             if empty >= MOST_EMPTY:
-                raise UsageError(_no_throw_text(config, empty))
+                raise UsageError(_text(config, empty))
             if over.size > 0:
                 cell.reset(over, [cell.generators[row] for row in over])
 
@@ -175,27 +177,27 @@ def chosen_throws(
         core, task = line_core(env), bar.add_task("throws", total=throws)
         if release is not None:
             core.use(make_release(release, config))
-        act, count, empty = line_controller(controller, core).act, 0, 0
+        act, count, empty = registry.make(controller, core).act, 0, 0
         for step in work_shifts(act, env, stream_seed("practice", seed), throws + MOST_EMPTY):
             assert core.last is not None
-            yield _table_columns(core.last)
+            yield _columns(core.last)
             throws_now = int(core.last.valid.sum())
             count, empty = count + throws_now, empty + int(step.over.sum()) if throws_now == 0 else 0
             bar.advance(task, throws_now)
             if count >= throws:
                 return
             if empty >= MOST_EMPTY:
-                raise UsageError(_no_throw_text(config, empty))
+                raise UsageError(_text(config, empty))
 
 
-def _no_throw_text(config: LineConfig, shifts: int) -> str:
+def _text(config: LineConfig, shifts: int) -> str:
     return (
         f"level {config.name!r}: no robot threw an object in {shifts} shifts of {config.duration:g} s; arrivals.rate "
         f"is {config.arrivals.rate:g} objects a second, or {config.arrivals.rate * config.duration:.3g} objects a shift"
     )
 
 
-def _table_columns(attempts: Decisions) -> dict[str, Any]:
+def _columns(attempts: Decisions) -> dict[str, Any]:
     """Columns of the table's counts, for the valid attempts of one batch."""
     objects, outcomes = attempts.context.objects, attempts.results
     columns = {

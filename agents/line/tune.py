@@ -74,7 +74,13 @@ def main(arguments: Arguments) -> None:
     results = try_settings(level, arguments)
     enough = arguments.shifts >= ENOUGH
     if enough:
-        write_settings(place, by_level, level, results)
+        level_settings: dict[str, Any] = dict(by_level.get(level.name, {}))
+        if "atc" in results:
+            level_settings["rate"] = round(_rate(results["atc"]), 3)
+        level_settings |= {controller: tuning.best(values).settings for controller, values in results.items()}
+        deliver_text(
+            place, HEAD + yaml_text({**by_level, level.name: level_settings}, default_flow_style=None, width=110)
+        )
     if arguments.json is not None:
         deliver_json(arguments.json, as_json(level, arguments, results))
     console().print(
@@ -97,7 +103,7 @@ def try_settings(level: LineConfig, arguments: Arguments) -> dict[str, list[Sett
         for controller in controllers:
             task = bar.add_task(f"shifts for {controller}", total=max_shifts(controller, level, arguments))
             bench = Bench(level, np.arange(first, first + arguments.shifts), partial(bar.advance, task))
-            results[controller] = tune_controller(controller, bench, arguments, results)
+            results[controller] = tune(controller, bench, arguments, results)
             bar.update(task, total=bar.tasks[task].completed)
     return results
 
@@ -116,45 +122,34 @@ def max_shifts(controller: Tunable, level: LineConfig, arguments: Arguments) -> 
     )
 
 
-def tune_controller(
+def tune(
     controller: Tunable, bench: Bench, arguments: Arguments, results: dict[str, list[SettingsResult]]
 ) -> list[SettingsResult]:
     """Tried settings of one controller, starting from the tuned ATC rule of this run, or from the shipped one."""
     if controller == "atc":
-        return tuning.search_atc(bench)
+        return tuning.atc(bench)
     name, robots = bench.level.name, len(bench.level.robots)
-    patience = (tuning.best_result(results["atc"]).settings if "atc" in results else settings(name, "atc"))["patience"]
+    patience = (tuning.best(results["atc"]).settings if "atc" in results else settings(name, "atc"))["patience"]
     if controller == "price":
-        return tuning.search_price(bench, patience)
+        return tuning.price(bench, patience)
     if controller == "index":
         begin = settings(name, controller).get("weights") if arguments.go_on else None
-        return tuning.search_weights(bench, patience, arguments.generations, arguments.seed, begin)
-    brings = value_per_second(results["atc"]) if "atc" in results else rate(name)
-    brings = value_per_second(bench.try_rule("atc", [{"patience": patience}])) if brings is None else brings
-    return tuning.search_planner(bench, controller, brings / robots)
+        return tuning.weights(bench, patience, arguments.generations, arguments.seed, begin)
+    brings = _rate(results["atc"]) if "atc" in results else rate(name)
+    brings = _rate(bench.try_rule("atc", [{"patience": patience}])) if brings is None else brings
+    return tuning.planner(bench, controller, brings / robots)
 
 
-def value_per_second(values: list[SettingsResult]) -> float:
+def _rate(values: list[SettingsResult]) -> float:
     """Value per second with the best settings."""
-    return float(tuning.best_result(values).value.mean()) / 60.0
+    return float(tuning.best(values).value.mean()) / 60.0
 
 
 def rows(results: dict[str, list[SettingsResult]]) -> list[tuple[str, dict[str, Any], Any, Any]]:
     """Controllers, best settings, values per minute, and values of the best ATC rule, if it was tuned too."""
-    base = tuning.best_result(results["atc"]).value if "atc" in results else None
-    ends = {controller: tuning.best_result(values) for controller, values in results.items()}
+    base = tuning.best(results["atc"]).value if "atc" in results else None
+    ends = {controller: tuning.best(values) for controller, values in results.items()}
     return [(controller, end.settings, end.value, base) for controller, end in ends.items()]
-
-
-def write_settings(
-    place: Path, by_level: dict[str, Any], level: LineConfig, results: dict[str, list[SettingsResult]]
-) -> None:
-    """Write the best settings to the file, keeping the settings of other levels and controllers."""
-    level_settings: dict[str, Any] = dict(by_level.get(level.name, {}))
-    if "atc" in results:
-        level_settings["rate"] = round(value_per_second(results["atc"]), 3)
-    level_settings |= {controller: tuning.best_result(values).settings for controller, values in results.items()}
-    deliver_text(place, HEAD + yaml_text({**by_level, level.name: level_settings}, default_flow_style=None, width=110))
 
 
 def as_json(level: LineConfig, arguments: Arguments, results: dict[str, list[SettingsResult]]) -> dict[str, Any]:

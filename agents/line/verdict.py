@@ -13,8 +13,9 @@ from ..dispatchers.decisions import make_release
 from ..dispatchers.registry import NAMES
 from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.versions import versions
+from . import reasons
 from .plans import Conditions, Planned, Sweep, check_plan, judge_plan, make_plans, try_changes
-from .reasons import answer, check_text, chosen_plan, reason, throws_are_the_reason
+from .reasons import answer, check_text, reason, throws_are_the_reason
 
 ANALYTIC: Final = "analytic"
 LEAST: Final = {"shifts": 2, "seed": 0, "throws": 100, "check": 0, "threads": 1}
@@ -53,28 +54,6 @@ class Verdict:
         }
 
 
-def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditions, release: str | None) -> Verdict:
-    """The verdict on plans; judges the chosen plan with another release too.
-
-    Args:
-        plans: all plans, with one release.
-        recovery: recovery to reach.
-        conditions: how plans are judged.
-        release: the plans' release; None for the analytic one.
-    """
-    plan, is_enough = chosen_plan(plans, recovery)
-    name, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
-    twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
-    checked = check_plan(plan, conditions, release)
-    changes = {} if throws_are_the_reason(plan, recovery) else try_changes(plan, conditions)
-    sentences = (
-        answer(plan, is_enough, recovery),
-        *([] if checked is None else [check_text(checked)]),
-        reason(plan, recovery, name, (other, twin), changes),
-    )
-    return Verdict(plan, name, twin, other, checked, changes, sentences)
-
-
 def judge_again(plan: Planned, conditions: Conditions, release: str | None) -> Planned:
     """A plan judged once more, by chances of the throws that its own controller chooses."""
     config = plan.config.model_copy(update={"chances": None})
@@ -90,7 +69,7 @@ def recount_chosen(
     """
     judged, recounted = list(plans), set[int]()
     while True:
-        chosen, _ = chosen_plan(judged, recovery)
+        chosen, _ = reasons.choose(judged, recovery)
         index = next(place for place, plan in enumerate(judged) if plan is chosen)
         if index in recounted:
             return judged
@@ -131,10 +110,10 @@ def plan_line(
     """
     known = ("level", "recovery", "release", *Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
     check_known("argument", options, known)
-    return judge_line(load_line(level, release), *read_options(options, recovery), recovery, release).entries
+    return judge(load(level, release), *read(options, recovery), recovery, release).entries
 
 
-def read_options(options: Mapping[str, Any], recovery: float) -> tuple[Sweep, Conditions]:
+def read(options: Mapping[str, Any], recovery: float) -> tuple[Sweep, Conditions]:
     """Plans to judge and their conditions, from options by name; an option that is missing has its default.
 
     Raises:
@@ -143,11 +122,11 @@ def read_options(options: Mapping[str, Any], recovery: float) -> tuple[Sweep, Co
     at_least(options, **{name: bound for name, bound in LEAST.items() if name in options})
     sweep = typed(Sweep, {name: options[name] for name in Sweep.__dataclass_fields__ if name in options})
     conditions = typed(Conditions, {name: options[name] for name in Conditions.__dataclass_fields__ if name in options})
-    check_plans(recovery, sweep, conditions)
+    check(recovery, sweep, conditions)
     return sweep, conditions
 
 
-def load_line(level: str | Path, release: str | None) -> LineConfig:
+def load(level: str | Path, release: str | None) -> LineConfig:
     """The level of a line, with throws by tables; makes sure that the release exists and fits the line."""
     config = LineConfig.load(level, throws="table")
     if release is not None:
@@ -155,7 +134,7 @@ def load_line(level: str | Path, release: str | None) -> LineConfig:
     return config
 
 
-def judge_line(
+def judge(
     level: LineConfig,
     sweep: Sweep,
     conditions: Conditions,
@@ -170,10 +149,20 @@ def judge_line(
         tell(f"plan {number} of {len(asked)}: {text}")
         plans.append(judge_plan(numbers, config, conditions, release))
     plans = recount_chosen(plans, recovery, conditions, release)
-    return Judged(level, conditions, plans, give_verdict(plans, recovery, conditions, release))
+    plan, is_enough = reasons.choose(plans, recovery)
+    used, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
+    twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
+    checked = check_plan(plan, conditions, release)
+    changes = {} if throws_are_the_reason(plan, recovery) else try_changes(plan, conditions)
+    sentences = (
+        answer(plan, is_enough, recovery),
+        *([] if checked is None else [check_text(checked)]),
+        reason(plan, recovery, used, (other, twin), changes),
+    )
+    return Judged(level, conditions, plans, Verdict(plan, used, twin, other, checked, changes, sentences))
 
 
-def check_plans(recovery: float, sweep: Sweep, conditions: Conditions) -> None:
+def check(recovery: float, sweep: Sweep, conditions: Conditions) -> None:
     """Make sure that a recovery, numbers of robots, a controller and a number of checked shifts are possible.
 
     Raises:

@@ -83,7 +83,9 @@ def _is_own(address: str, host: str) -> bool:
     name = found[1].strip("[]").lower()
     if name in ("localhost", address):
         return True
-    return not ip_address(address).is_loopback and (_is_address(name) or name in _names_of_machine())
+    return not ip_address(address).is_loopback and (
+        _is_address(name) or name in (socket.gethostname().lower(), socket.getfqdn().lower())
+    )
 
 
 def _is_address(name: str) -> bool:
@@ -92,7 +94,3 @@ def _is_address(name: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _names_of_machine() -> tuple[str, ...]:
-    return socket.gethostname().lower(), socket.getfqdn().lower()

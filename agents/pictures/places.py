@@ -9,12 +9,13 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.grasp.config import PIXEL, PIXELS
 
+from ..grasping import rules
 from ..grasping.features import place_features
 from ..grasping.network import PlaceNetwork
 from ..grasping.practice import network_places, worth_maps
-from ..grasping.rules import mean_scores, oracle_maps, oracle_places, rule_places
+from ..grasping.rules import mean_scores, oracle_places
 from ..grasping.scenes import Scenes
-from ..ground.drawings import WIDTH, Axes, Figure, subplots
+from ..ground.drawings import WIDTH, Figure, subplots
 from ..ground.places import GRASPING
 
 LEVEL, OBJECTS, SEED = "grasp", 400, 77_000_000
@@ -49,15 +50,15 @@ def examples() -> Examples:
     features, network = place_features(scenes.images, scenes.radius), PlaceNetwork.load(GRASPING / "local_mlp.npz")
     maps = {"rule": features.maps(mean_scores(features)), "network": worth_maps(features, network)}
     places = {
-        "rule": rule_places(features),
+        "rule": rules.places(features),
         "network": network_places(features, network),
         "truth": oracle_places(scenes),
     }
-    truth = np.concatenate([oracle_maps(part) for part in scenes.parts(100)])
+    truth = np.concatenate([rules.maps(part) for part in scenes.parts(100)])
     return Examples(scenes, truth, maps, places)
 
 
-def chosen_objects(seen: Examples) -> list[tuple[str, int]]:
+def objects(seen: Examples) -> list[tuple[str, int]]:
     """Three objects of different kinds, the first ones of their sorts, with what they show."""
     rule, network = seen.worth("rule"), seen.worth("network")
     middle, best = seen.truth[:, PIXELS // 2, PIXELS // 2], seen.worth("truth")
@@ -80,10 +81,10 @@ def pixels(places: Floats) -> Ints:
     return np.rint(places * [1.0, -1.0] / PIXEL + (PIXELS - 1) / 2.0).astype(np.int64)
 
 
-def places_figure() -> Figure:
+def figure() -> Figure:
     """The figure: a row for each object with picture, true worths, the rule's scores and the network's worths."""
     seen = examples()
-    rows = chosen_objects(seen)
+    rows = objects(seen)
     figure, axes = subplots(len(rows), 4, (WIDTH, 2.0 * len(rows)))
     for k, (text, row) in enumerate(rows):
         name = seen.scenes.config.items[seen.scenes.objects.kind[row]]
@@ -100,13 +101,10 @@ def places_figure() -> Figure:
             panel.imshow(values if is_picture else np.where(on_object, values, np.nan), interpolation="none")
             panel.set_title(title if not is_picture else f"{name}\n{text}", fontsize=8)
             panel.set_axis_off()
-            mark_places(panel, seen, row)
+            for rule, (marker, colour) in MARKS.items():
+                x, y = pixels(seen.places[rule][row : row + 1])[0]
+                fill = "none" if marker == "o" else colour
+                panel.scatter(
+                    [x], [y], marker=marker, s=45, facecolors=fill, edgecolors=colour if marker == "o" else None
+                )
     return figure
-
-
-def mark_places(panel: Axes, seen: Examples, row: int) -> None:
-    """Mark the chosen places of an object, and the cup at the network's."""
-    for name, (marker, colour) in MARKS.items():
-        x, y = pixels(seen.places[name][row : row + 1])[0]
-        fill = "none" if marker == "o" else colour
-        panel.scatter([x], [y], marker=marker, s=45, facecolors=fill, edgecolors=colour if marker == "o" else None)

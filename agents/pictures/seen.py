@@ -128,17 +128,17 @@ class SeenView:
 
     def last_throw(self, fps: int = FPS) -> list[Frame]:
         """Frames of the last throw at true rate."""
-        return [self._with_panels(frame) for frame in self._view.last_throw(fps)]
+        return [self._join(frame) for frame in self._view.last_throw(fps)]
 
     def at(self, moment: float, fps: int = FPS) -> Frame:
         """Frame at a moment [s] of the last throw."""
-        return self._with_panels(self._view.at(moment, fps))
+        return self._join(self._view.at(moment, fps))
 
     def close(self) -> None:
         """Free all resources of rendering; safe to call twice."""
         self._view.close()
 
-    def _with_panels(self, frame: Frame) -> Frame:
+    def _join(self, frame: Frame) -> Frame:
         """A frame with the panels one below the other at its right."""
         side, grasp = len(frame) // 3 // 2 * 2, self._seen.grasp
         column = np.zeros((len(frame), side, 3), dtype=np.uint8)

@@ -16,7 +16,7 @@ from ..ground.cli import UsageError
 from ..ground.outputs import deliver, deliver_text
 from ..judging.log import Recorder
 from ..judging.trials import open_trial
-from ..learning.trained import resolve_task
+from ..learning import trained
 from .seen import SeenController, SeenView
 
 RATE: Final = 60
@@ -51,7 +51,7 @@ class Stage:
         throws: str | None = None,
         release: str | None = None,
     ) -> None:
-        env_id, level, mode = resolve_task(controller, env, level, None)
+        env_id, level, mode = trained.resolve(controller, env, level, None)
         self._trial = open_trial(env_id, level, 1, 1, mode, throws)
         try:
             self.core = self._trial.core
@@ -74,7 +74,7 @@ class Stage:
         self._actor, self._seed = actor, seed
         self.steps: Iterator[Any] = self._trial.steps(actor, seed)
 
-    def begin_watched(self, watch: Callable[[Controller], Controller]) -> None:
+    def begin(self, watch: Callable[[Controller], Controller]) -> None:
         """Begin the steps anew, with the controller inside another one that watches the controller."""
         self.steps = self._trial.steps(watch(self._actor), self._seed)
 
@@ -92,7 +92,7 @@ class Stage:
         """
         recorder = None if log is None else Recorder(self.core)
         if recorder is not None:
-            self.begin_watched(recorder.watch)
+            self.begin(recorder.watch)
             self.steps = recorder.keep(self.steps)
         steps = self._trial.film_steps(self.steps, picks)
         deliver(file, lambda path: record_video(self._shown, steps, path, slow=slow))
@@ -106,9 +106,9 @@ class Stage:
     def draw(self, file: Path, moment: float) -> None:
         """Draw the last throw, or the line, at a moment [s], or at its end if the moment is later."""
         self.advance(moment)
-        deliver(file, lambda path: self._save_picture(path, moment))
+        deliver(file, lambda path: self._write(path, moment))
 
-    def _save_picture(self, path: Path, moment: float) -> None:
+    def _write(self, path: Path, moment: float) -> None:
         from PIL import Image  # noqa: PLC0415 - only pictures need it
 
         Image.fromarray(self._shown.at(moment, RATE)).save(path)

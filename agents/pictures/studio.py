@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Any
 
 from pnt_gym.engine import has_display
 
+from ..ground import environments
 from ..ground.cli import UsageError
-from ..ground.environments import find_environment
-from ..learning.trained import resolve_task
+from ..learning import trained
 from .door import open_front
 from .stage import Stage
 
 
-def show_live(
+def show(
     address: str | None, controller: str, env: str | None, level: str | None, open_stage: Callable[[str, str], Stage]
 ) -> None:
     """Show throws in a viewer until the viewer is closed.
@@ -26,25 +25,18 @@ def show_live(
         env: as `--env` takes it; None for the environment of the controller's training, or the default.
         level: first level; None for the level of the controller's training, or the environment's own.
         open_stage: returns the stage of a controller and a level, either of which the viewer may have changed.
-    """
-    screen = load_viewer("native" if address is None else "web")
-    env_id, level, _ = resolve_task(controller, env, level, None)
-    first = screen.Choice(controller, level or find_environment(env_id).kwargs.get("level", "nominal"))
-    with ExitStack() as ends:
-        front = None if address is None else ends.enter_context(open_front(address))
-        screen.watch(lambda choice: open_stage(choice.controller, choice.level), first, front)
-
-
-def load_viewer(kind: str) -> Any:
-    """The module of the live viewer; kind is "native" or "web".
 
     Raises:
         UsageError: there is no display for a window, or the platform lacks MuJoCo's Studio.
     """
-    if kind == "native" and not has_display():
+    if address is None and not has_display():
         raise UsageError("--viewer native needs a display; --viewer web does without one")
     try:
-        from . import viewer  # noqa: PLC0415 - takes a second, and is not on every platform
+        from . import viewer as screen  # noqa: PLC0415 - takes a second, and is not on every platform
     except ImportError as error:
         raise UsageError(f"--viewer needs MuJoCo's Studio, which this platform has not ({error})") from None
-    return viewer
+    env_id, level, _ = trained.resolve(controller, env, level, None)
+    first = screen.Choice(controller, level or environments.find(env_id).kwargs.get("level", "nominal"))
+    with ExitStack() as ends:
+        front = None if address is None else ends.enter_context(open_front(address))
+        screen.watch(lambda choice: open_stage(choice.controller, choice.level), first, front)

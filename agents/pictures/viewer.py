@@ -85,7 +85,7 @@ class Panel(plugin.ViewerPlugin):
     @messages.handler
     def on_update(self, _: messages.UpdateEvent) -> None:
         """Draw the markers."""
-        self.viewer.extra_geoms[:] = map(_geom, self._shown.shapes if self._shown else ())
+        self.viewer.extra_geoms[:] = map(_make, self._shown.shapes if self._shown else ())
 
     @messages.handler
     def on_build_gui(self, _: messages.BuildGuiEvent) -> None:
@@ -103,7 +103,7 @@ class Panel(plugin.ViewerPlugin):
             for number, picture in enumerate(self._shown.pictures if self._shown else ()):
                 if number > 0:
                     imgui.SameLine()
-                _draw_picture(picture)
+                _draw(picture)
         imgui.End()
 
 
@@ -159,17 +159,7 @@ class Film:
     def show(self, scene: Scene, lines: Sequence[str], pictures: Sequence[Frame] = ()) -> None:
         """Show one moment of a throw, with lines of text and small pictures."""
         model, data, markers = scene
-        self._hide(model)
-        separate = np.flatnonzero(self._hidden & (model.geom_rgba[:, 3] > 0.0))
-        shapes = [*markers, *(_shape(model, data, int(geom)) for geom in separate)]
-        self._viewer.send_to_viewer(Shown(shapes, lines, self._camera, pictures))
-        state = np.empty(mujoco.mj_stateSize(model, STATE))
-        mujoco.mj_getState(model, data, state, STATE)
-        mujoco.mj_setState(self._viewer.model, self._viewer.data, state, STATE)
-        self._viewer.sync()
-
-    def _hide(self, model: Any) -> None:
-        """Hide the geoms that differ from the first throw's model."""
+        # Hide the geoms that differ from the first throw's model.
         begins = self._first is None
         if begins:
             self._first, self._hidden = copy.copy(model), np.zeros(model.ngeom, dtype=np.bool_)
@@ -179,6 +169,13 @@ class Film:
             self._hidden, shown = hidden, copy.copy(self._first)
             shown.geom_rgba[hidden, 3] = 0.0
             self._viewer.set_model(shown)
+        separate = np.flatnonzero(self._hidden & (model.geom_rgba[:, 3] > 0.0))
+        shapes = [*markers, *(_shape(model, data, int(geom)) for geom in separate)]
+        self._viewer.send_to_viewer(Shown(shapes, lines, self._camera, pictures))
+        state = np.empty(mujoco.mj_stateSize(model, STATE))
+        mujoco.mj_getState(model, data, state, STATE)
+        mujoco.mj_setState(self._viewer.model, self._viewer.data, state, STATE)
+        self._viewer.sync()
 
 
 def watch(make: Callable[[Choice], Stage], choice: Choice, front: socket.socket | None) -> None:
@@ -224,7 +221,17 @@ def _play(viewer: Any, stage: Stage, requests: ViewerRequests) -> bool:
     film, chosen, throws, credit = Film(viewer, stage.view.camera), requests.choice, list[Throws](), 0.0
     for throw in stage.steps:
         throws.append(throw)
-        summary = _summary_lines(throws, stage.core.item_names)
+        # Lines of text about the last throw and about all throws.
+        last, every = throws[-1], concatenate_records(throws)
+        rate = metrics.wilson(int(every.is_success.sum()), len(every))
+        pace = metrics.throughput(every.sorted, every.cycle_time)
+        off = f"{1000.0 * last.landing_error[0]:.1f} mm off" if last.picked[0] else "not picked"
+        success = "a success" if last.is_success[0] else "no success"
+        summary = [
+            f"throw {len(throws)}: {stage.core.item_names[last.item[0]]}, {off}, {success}",
+            f"success {rate.value:.0%} ({rate.low:.0%} to {rate.high:.0%})",
+            f"{pace.attempted:.1f} picks/min, {pace.sorted:.1f} sorted/min",
+        ]
         grasp = None if stage.seen is None else stage.seen.grasp
         pictures = [] if grasp is None else grasp.panels(SIDE)
         for scene in stage.view.scenes(RATE):
@@ -239,21 +246,7 @@ def _play(viewer: Any, stage: Stage, requests: ViewerRequests) -> bool:
     return False
 
 
-def _summary_lines(throws: Sequence[Throws], item_names: Sequence[str]) -> list[str]:
-    """Lines of text about the last throw and about all throws."""
-    last, every = throws[-1], concatenate_records(throws)
-    rate = metrics.wilson(int(every.is_success.sum()), len(every))
-    pace = metrics.throughput(every.sorted, every.cycle_time)
-    off = f"{1000.0 * last.landing_error[0]:.1f} mm off" if last.picked[0] else "not picked"
-    success = "a success" if last.is_success[0] else "no success"
-    return [
-        f"throw {len(throws)}: {item_names[last.item[0]]}, {off}, {success}",
-        f"success {rate.value:.0%} ({rate.low:.0%} to {rate.high:.0%})",
-        f"{pace.attempted:.1f} picks/min, {pace.sorted:.1f} sorted/min",
-    ]
-
-
-def _draw_picture(picture: Frame) -> None:
+def _draw(picture: Frame) -> None:
     """Draw a picture in the panel, neighbours of one colour in a row as one rectangle."""
     corner, drawing = imgui.GetCursorScreenPos(), imgui.GetWindowDrawList()
     colours = picture.astype(np.int64) @ [1, 256, 65536] + 0xFF000000
@@ -268,7 +261,7 @@ def _draw_picture(picture: Frame) -> None:
     imgui.Dummy(imgui.Vec2(ZOOM * picture.shape[1], ZOOM * len(picture)))
 
 
-def _geom(marker: Marker) -> Any:
+def _make(marker: Marker) -> Any:
     geom = mujoco.MjvGeom()
     marker.write(geom)
     return geom

@@ -31,23 +31,8 @@ from pnt_gym.cells.grasp.config import CHANNELS, PIXELS
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
-from .networks import (
-    ACTIVATIONS,
-    LAYER,
-    LSTM,
-    Array,
-    Convolution,
-    Dense,
-    Layers,
-    Lstm,
-    activate,
-    arrays_by_name,
-    dense_of,
-    layers_of,
-    lstm_of,
-    numbers_of,
-    run_layers,
-)
+from . import networks
+from .networks import ACTIVATIONS, LAYER, LSTM, Array, Convolution, Dense, Layers, Lstm, activate, lstm_of
 
 STRIDES: Final = (4, 2, 1)
 """Steps between the windows of the convolutions, in points."""
@@ -92,10 +77,10 @@ class Eye(NamedTuple):
         if not any(name.startswith("eye_") for name in arrays):
             return None
         convolutions = tuple(
-            Convolution(numbers_of(arrays[f"eye_weight_{k}"], 4), numbers_of(arrays[f"eye_bias_{k}"], 1))
+            Convolution(networks.numbers(arrays[f"eye_weight_{k}"], 4), networks.numbers(arrays[f"eye_bias_{k}"], 1))
             for k in range(len(STRIDES))
         )
-        eye = cls(convolutions, dense_of(arrays, f"eye_weight_{len(STRIDES)}", f"eye_bias_{len(STRIDES)}"))
+        eye = cls(convolutions, networks.dense(arrays, f"eye_weight_{len(STRIDES)}", f"eye_bias_{len(STRIDES)}"))
         if any(layer.bias.shape != layer.weight.shape[:1] for layer in (*convolutions, eye.dense)):
             raise ValueError("layers that do not fit together")
         eye(np.zeros((1, CHANNELS, PIXELS, PIXELS), np.uint8))  # other misfits raise here
@@ -149,7 +134,7 @@ class Actor:
 
     def _actions(self, value: Floats) -> Array:
         """Actions (N, A) from the inputs of the full layers."""
-        value = np.clip(run_layers(self.layers, self.activation, value), -self.bound, self.bound)
+        value = np.clip(networks.run(self.layers, self.activation, value), -self.bound, self.bound)
         if self.output == "scores":
             return value.astype(np.float32)
         if self.output == "squashed":
@@ -166,7 +151,7 @@ class Actor:
     def numbers(self) -> dict[str, Array]:
         """Weights and biases by their names in a file."""
         seeing = {} if self.eye is None else self.eye.arrays()
-        return dict(zip(LSTM, self.lstm or (), strict=False)) | seeing | arrays_by_name(self.layers)
+        return dict(zip(LSTM, self.lstm or (), strict=False)) | seeing | networks.arrays(self.layers)
 
     def save(self, file: Path) -> None:
         """Write the policy to a file."""
@@ -183,12 +168,12 @@ class Actor:
         try:
             arrays = arrays_of(file, PARTS)
             actor = cls(
-                layers_of(arrays),
+                networks.layers(arrays),
                 str(arrays["activation"]),
                 str(arrays["output"]),
                 float(arrays["bound"]),
-                numbers_of(arrays["low"], 1),
-                numbers_of(arrays["high"], 1),
+                networks.numbers(arrays["low"], 1),
+                networks.numbers(arrays["high"], 1),
                 lstm_of(arrays),
                 Eye.of(arrays),
             )

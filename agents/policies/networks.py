@@ -178,7 +178,7 @@ def layers_from_torch(tensors: Iterable[Any], kind: DTypeLike = np.float32) -> L
     return tuple(map(Dense, arrays[0::2], arrays[1::2]))
 
 
-def run_layers(layers: Layers, activation: str, value: Floats) -> Floats:
+def run(layers: Layers, activation: str, value: Floats) -> Floats:
     """Compute outputs of full layers for values S + (D,), with an activation after every layer but the last."""
     *hidden, last = layers
     for layer in hidden:
@@ -186,12 +186,12 @@ def run_layers(layers: Layers, activation: str, value: Floats) -> Floats:
     return last(value)
 
 
-def arrays_by_name(layers: Layers) -> dict[str, Array]:
+def arrays(layers: Layers) -> dict[str, Array]:
     """Name the arrays of full layers as in a file."""
     return {f"{part}_{k}": array for k, layer in enumerate(layers) for part, array in layer._asdict().items()}
 
 
-def layers_of(arrays: Mapping[str, NDArray[Any]], kind: DTypeLike = np.float32) -> Layers:
+def layers(arrays: Mapping[str, NDArray[Any]], kind: DTypeLike = np.float32) -> Layers:
     """Find the full layers among the arrays of a file.
 
     Raises:
@@ -199,21 +199,21 @@ def layers_of(arrays: Mapping[str, NDArray[Any]], kind: DTypeLike = np.float32) 
         KeyError: there is no layer, or a layer lacks its bias.
     """
     count = max(sum(name.startswith("weight_") for name in arrays), 1)
-    layers = tuple(dense_of(arrays, f"weight_{k}", f"bias_{k}", kind) for k in range(count))
+    layers = tuple(dense(arrays, f"weight_{k}", f"bias_{k}", kind) for k in range(count))
     fits = [after.weight.shape[1] == len(before.weight) for before, after in pairwise(layers)]
     if not all([*fits, *(layer.bias.shape == layer.weight.shape[:1] for layer in layers)]):
         raise ValueError("layers that do not fit together")
     return layers
 
 
-def dense_of(arrays: Mapping[str, NDArray[Any]], weight: str, bias: str, kind: DTypeLike = np.float32) -> Dense:
+def dense(arrays: Mapping[str, NDArray[Any]], weight: str, bias: str, kind: DTypeLike = np.float32) -> Dense:
     """Find a full layer by the names of its arrays.
 
     Raises:
         ValueError: the arrays are no finite numbers of the dtype, or have other axes.
         KeyError: an array is missing.
     """
-    return Dense(numbers_of(arrays[weight], 2, kind), numbers_of(arrays[bias], 1, kind))
+    return Dense(numbers(arrays[weight], 2, kind), numbers(arrays[bias], 1, kind))
 
 
 def lstm_of(arrays: Mapping[str, NDArray[Any]]) -> Lstm | None:
@@ -225,13 +225,13 @@ def lstm_of(arrays: Mapping[str, NDArray[Any]]) -> Lstm | None:
     """
     if not arrays.keys() & set(LSTM):
         return None
-    lstm = Lstm(*(numbers_of(arrays[name], axes) for name, axes in zip(LSTM, (2, 2, 1), strict=True)))
+    lstm = Lstm(*(numbers(arrays[name], axes) for name, axes in zip(LSTM, (2, 2, 1), strict=True)))
     if any(len(part) != 4 * lstm.size for part in lstm):
         raise ValueError("an LSTM whose parts do not fit together")
     return lstm
 
 
-def numbers_of(array: NDArray[Any], axes: int, kind: DTypeLike = np.float32) -> Array:
+def numbers(array: NDArray[Any], axes: int, kind: DTypeLike = np.float32) -> Array:
     """Return an array after checking that it holds finite numbers of a dtype in `axes` axes.
 
     Raises:

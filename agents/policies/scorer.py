@@ -30,7 +30,8 @@ from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError, check_known
-from .networks import ACTIVATIONS, LAYER, Dense, Layers, arrays_by_name, layers_of, run_layers
+from . import networks
+from .networks import ACTIVATIONS, LAYER, Dense, Layers
 
 NAMES: Final = CHOICE_TABLE.names
 """Names of a choice's entries."""
@@ -94,7 +95,7 @@ class Scorer:
     def __call__(self, observations: NDArray[np.floating]) -> Floats:
         """Scores (N, CHOICES) for observations (N, ENTRIES); scores of empty choices mean nothing."""
         choice_inputs, (weight, constant) = inputs(observations), rule(self.patience)
-        return choice_inputs @ weight + constant + run_layers(self.layers, self.activation, choice_inputs)[..., 0]
+        return choice_inputs @ weight + constant + networks.run(self.layers, self.activation, choice_inputs)[..., 0]
 
     @property
     def sizes(self) -> tuple[int, int]:
@@ -104,7 +105,7 @@ class Scorer:
     @property
     def numbers(self) -> dict[str, NDArray[Any]]:
         """Arrays of the scorer by their names in a file, without the name of the activation."""
-        return {**arrays_by_name(self.layers), "patience": np.array(self.patience)}
+        return {**networks.arrays(self.layers), "patience": np.array(self.patience)}
 
     def save(self, file: Path) -> None:
         """Write the scorer to a file."""
@@ -123,7 +124,7 @@ class Scorer:
             raise UsageError(f"scorer {str(file)!r} does not exist")
         try:
             arrays = arrays_of(file, PARTS)
-            scorer = cls(layers_of(arrays), float(arrays["patience"]), str(arrays["activation"]))
+            scorer = cls(networks.layers(arrays), float(arrays["patience"]), str(arrays["activation"]))
             _check(scorer)
         except Exception as error:
             # A truncated or foreign file may raise anything.

@@ -18,7 +18,7 @@ from .networks import ACTIVATIONS, Convolution, Dense, Lstm, layers_from_torch
 from .scorer import Scorer
 
 
-def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
+def actor(model: BaseAlgorithm) -> Actor | Scorer:
     """The deterministic policy of a model, as arrays.
 
     Raises:
@@ -28,11 +28,13 @@ def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
     policy, space = cast("Any", model.policy), model.observation_space
     if hasattr(policy, "numbers"):
         return policy.numbers()
-    steps, bound = _steps(model)
+    steps, bound = _layers(model)
     full, between = {type(step) for step in steps[::2]}, {type(step) for step in steps[1::2]}
     activations = [name for name in ACTIVATIONS if between <= {getattr(torch.nn, name)}]
     recurrent = getattr(policy, "lstm_actor", None)
-    plain = recurrent is None or _is_plain(recurrent)
+    # A plain LSTM has one layer in one direction, with biases.
+    form = ("num_layers", "proj_size", "bidirectional", "bias", "batch_first")
+    plain = recurrent is None or [getattr(recurrent, name) for name in form] == [1, 0, False, True, False]
     eye = _eye_of(model) if isinstance(space, Dict) else None
     readable = eye is not None or (isinstance(space, Box) and len(space.shape) == 1)
     if full != {torch.nn.Linear} or not activations or not plain or not readable:
@@ -64,14 +66,7 @@ def _eye_of(model: BaseAlgorithm) -> Eye | None:
     return Eye(tuple(Convolution(*pair) for pair in convolutions), Dense(*dense))
 
 
-def _is_plain(lstm: torch.nn.LSTM) -> bool:
-    """Whether an LSTM has one layer in one direction, with biases."""
-    return (lstm.num_layers, lstm.proj_size, lstm.bidirectional, lstm.bias, lstm.batch_first) == (
-        1, 0, False, True, False,
-    )  # fmt: skip
-
-
-def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:
+def _layers(model: BaseAlgorithm) -> tuple[list[Any], float]:
     """Full layers of a policy with the activations between them, and the bound of the last layer's outputs."""
     policy: Any = model.policy
     if isinstance(model, OnPolicyAlgorithm):

@@ -17,8 +17,8 @@ from ..ground.files import sweep, temporary_path, write_text
 from ..ground.outputs import check_drawing, check_writable
 from ..ground.places import MADE
 from ..ground.tables import console, throws_bar
+from ..judging import trials
 from ..judging.evaluation import evaluate
-from ..judging.trials import check_options, trial_class
 from ..learning.runs import RunFolder
 from ..learning.trained import importless_environment
 from .card import card
@@ -64,8 +64,8 @@ def main(arguments: Arguments) -> None:
     folder, run_args = arguments.folder, RunFolder(arguments.folder).arguments
     env_id = arguments.env or importless_environment(folder, run_args["env"])
     trained_on, name = level_and_folder_name(folder, env_id, run_args)
-    trial = trial_class(config_of(env_id, str(folder / "env.yaml")))
-    check_options(trial, {"picks": arguments.picks, "shifts": arguments.shifts}, env_id)
+    trial = trials.find(config_of(env_id, str(folder / "env.yaml")))
+    trials.check(trial, {"picks": arguments.picks, "shifts": arguments.shifts}, env_id)
     target = arguments.to / name
     if target.exists():
         raise UsageError(f"{str(target)!r} exists already; remove it first")

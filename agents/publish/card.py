@@ -73,7 +73,7 @@ def card(
         f"---\n{yaml_text(metadata(run_args, figures, kind_card))}---",
         markdown_text(f"# {run_args['algo'].upper()} on {run_args['env']}, level {level}"),
         f"Trained for {run_args['steps']} {trial.step}s with seed {run_args['seed']}, action mode "
-        f"{markdown_text(run_args['action_mode'])}.{_training_text(run_args)} Measured on {first[kind_card.judged]} "
+        f"{markdown_text(run_args['action_mode'])}.{_text(run_args)} Measured on {first[kind_card.judged]} "
         f"held-out {kind_card.judged.replace('picks', 'throws')} per level (seed {first['seed']}):",
         Grid("", ("level", *kind_card.header), rows).markdown(),
         f"[{kind_card.film}]({REPLAY})." if REPLAY in files else "",
@@ -85,7 +85,7 @@ def card(
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def _training_text(run_args: Mapping[str, Any]) -> str:
+def _text(run_args: Mapping[str, Any]) -> str:
     """Sentences on stacked observations, base controller and training on flights, if not the defaults."""
     stack_text = (
         ""

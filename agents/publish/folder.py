@@ -21,8 +21,8 @@ from ..judging.trial import Trial
 from ..learning import runs
 from ..learning.hyperparameters import RECURRENT
 from ..pictures.stage import Stage
+from . import onnx_graph
 from .card import CURVE, GRAPH, REPLAY, curve
-from .onnx_graph import save_onnx
 
 FILES: Final = (
     "policy.npz", "model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt", "progress.csv",
@@ -41,7 +41,7 @@ def level_and_folder_name(folder: Path, env_id: str, run_args: Mapping[str, Any]
     level = read_yaml(folder / "env.yaml", "level")
     trained_on = level.get("name") if isinstance(level, dict) else None
     try:
-        return str(trained_on), runs.run_name({**run_args, "env": env_id}, trained_on)
+        return str(trained_on), runs.name({**run_args, "env": env_id}, trained_on)
     except UsageError:
         raise UsageError(f"run folder {str(folder)!r} is damaged: env.yaml has name {trained_on!r}") from None
 
@@ -52,12 +52,12 @@ def check_model(folder: Path) -> None:
     Raises:
         UsageError: the policies differ, see pictures, or a file is missing or damaged.
     """
-    from ..policies.weights import actor_of  # noqa: PLC0415 - imports torch
+    from ..policies import weights  # noqa: PLC0415 - imports torch
 
     run = runs.RunFolder(folder)
     if getattr(run.load_policy(), "eye", None) is not None:
         raise UsageError(f"the policy of {str(folder)!r} sees pictures; only policies of vectors are published")
-    stored, rebuilt = (policy.numbers for policy in (run.load_policy(), actor_of(run.load_model())))
+    stored, rebuilt = (policy.numbers for policy in (run.load_policy(), weights.actor(run.load())))
     if stored.keys() != rebuilt.keys() or not all(np.array_equal(stored[name], rebuilt[name]) for name in stored):
         raise UsageError(
             f"run folder {str(folder)!r} is damaged: {runs.POLICY} and {runs.MODEL} are from different moments of "
@@ -105,7 +105,7 @@ def fill(
     curve(folder / "progress.csv", trial).savefig(parts / CURVE, dpi=100, metadata={"Software": None})
     if onnx:
         about = {name: str(run_args[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
-        save_onnx(runs.RunFolder(folder).load_policy(), parts / GRAPH, about)
+        onnx_graph.save(runs.RunFolder(folder).load_policy(), parts / GRAPH, about)
     if film_seed is not None:
         film(folder, env_id, film_seed, parts / REPLAY)
 

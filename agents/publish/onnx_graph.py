@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from pnt_gym.cells.line.observation import ENTRIES, LINE_TABLE
 from pnt_gym.cells.line.rows import CHOICES
 
-from ..dispatchers.decisions import line_observation
+from ..dispatchers import decisions
 from ..dispatchers.rules import HALF, REAL, ScoreController, choice_mask
 from ..ground.cli import UsageError
 from ..ground.versions import versions
@@ -34,7 +34,7 @@ ROWS: Final = 256
 """Number of observations on which graph and policy are compared."""
 
 
-def save_onnx(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> None:
+def save(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> None:
     """Write a policy's ONNX graph to a file, with metadata by name.
 
     Raises:
@@ -45,7 +45,17 @@ def save_onnx(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> N
     model = graph(policy, about)
     onnx.checker.check_model(model, full_check=True)
     if isinstance(policy, Actor) and policy.output != "scores":
-        _check_parity(model, policy)
+        # The runtime must act like the policy, on all sample observations at once and on the first alone.
+        session, observations = _session(model), _sample(policy.sizes[0])
+        actions = [session.run(["action"], {"observation": rows})[0] for rows in (observations, observations[:1])]
+        differences = np.abs(np.concatenate(actions) - policy(np.concatenate([observations, observations[:1]]))) / (
+            policy.high - policy.low
+        )
+        if not (differences <= PARITY).all():
+            raise UsageError(
+                f"the ONNX graph differs from the policy by {differences.max():.2g} of the range of an action; at most "
+                f"{PARITY:g} is rounding"
+            )
     else:
         _check_choices(model, policy)
     onnx.save_model(model, file)
@@ -58,11 +68,22 @@ def graph(policy: Actor | Scorer, about: Mapping[str, str]) -> Any:
     observation_size, output_size = policy.sizes
     nodes, floats = _Nodes(), TensorProto.FLOAT
     if isinstance(policy, Actor) and policy.output != "scores":
-        nodes.add("Identity", _output(nodes, policy, _layers(nodes, policy, "observation")), name="action")
+        # The action, from the output of the last layer.
+        value = _layers(nodes, policy, "observation")
+        if np.isfinite(policy.bound):
+            value = nodes.add(
+                "Clip", value, nodes.constant("least", -policy.bound), nodes.constant("most", policy.bound)
+            )
+        if policy.output == "squashed":
+            half = 0.5 * (policy.high - policy.low)
+            value = nodes.add("Mul", nodes.add("Tanh", value), nodes.constant("half_range", half))
+            value = nodes.add("Add", value, nodes.constant("middle", policy.low + half))
+        value = nodes.add("Max", value, nodes.constant("low", policy.low))
+        nodes.add("Identity", nodes.add("Min", value, nodes.constant("high", policy.high)), name="action")
         outputs = [helper.make_tensor_value_info("action", floats, ["N", output_size])]
     else:
         scores = _scores(nodes, policy) if isinstance(policy, Scorer) else _layers(nodes, policy, "observation")
-        _choice(nodes, scores)
+        _choose(nodes, scores)
         outputs = [
             helper.make_tensor_value_info("action", TensorProto.INT64, ["N"]),
             helper.make_tensor_value_info("scores", floats, ["N", output_size]),
@@ -122,7 +143,11 @@ def _layers(nodes: _Nodes, policy: Actor | Scorer, value: str) -> str:
     """Append the layers of a policy; returns the name of the last layer's output."""
     _numbers(nodes, policy.activation)
     for k, layer in enumerate(policy.layers):
-        value = _activate(nodes, policy.activation, value) if k > 0 else value
+        if k > 0:
+            names = {"x": value}
+            for operator, *inputs in ACTIVATIONS[policy.activation]:
+                names["y"] = nodes.add(operator, *(names.get(name, name) for name in inputs))
+            value = names["y"]
         value = nodes.dense(str(k), value, layer)
     return value
 
@@ -141,7 +166,7 @@ def _scores(nodes: _Nodes, scorer: Scorer) -> str:
     return nodes.reshape("scores_each", scores, -1, CHOICES)
 
 
-def _choice(nodes: _Nodes, scores: str) -> None:
+def _choose(nodes: _Nodes, scores: str) -> None:
     """Append the outputs `scores` and `action`, from the scores of all choices."""
     real = nodes.add("Greater", nodes.part("real", "observation", REAL), nodes.constant("half_way", HALF))
     scores = nodes.add("Where", real, scores, nodes.constant("never", -np.inf), name="scores")
@@ -155,26 +180,6 @@ def _numbers(nodes: _Nodes, activation: str) -> None:
             nodes.constant(name, number)
 
 
-def _activate(nodes: _Nodes, activation: str, value: str) -> str:
-    """Append an activation of a value; returns the name of its output."""
-    names = {"x": value}
-    for operator, *inputs in ACTIVATIONS[activation]:
-        names["y"] = nodes.add(operator, *(names.get(name, name) for name in inputs))
-    return names["y"]
-
-
-def _output(nodes: _Nodes, actor: Actor, value: str) -> str:
-    """Append the action, from the last layer's output; returns the name of the action."""
-    if np.isfinite(actor.bound):
-        value = nodes.add("Clip", value, nodes.constant("least", -actor.bound), nodes.constant("most", actor.bound))
-    if actor.output == "squashed":
-        half = 0.5 * (actor.high - actor.low)
-        value = nodes.add("Mul", nodes.add("Tanh", value), nodes.constant("half_range", half))
-        value = nodes.add("Add", value, nodes.constant("middle", actor.low + half))
-    value = nodes.add("Max", value, nodes.constant("low", actor.low))
-    return nodes.add("Min", value, nodes.constant("high", actor.high))
-
-
 def _session(model: Any) -> Any:
     """Session of the ONNX runtime with a graph."""
     import onnxruntime  # noqa: PLC0415 - of an extra
@@ -184,16 +189,16 @@ def _session(model: Any) -> Any:
     return onnxruntime.InferenceSession(model.SerializeToString(), options, providers=["CPUExecutionProvider"])
 
 
-def _sample_observations(size: int) -> NDArray[np.float32]:
+def _sample(size: int) -> NDArray[np.float32]:
     """Random observations (ROWS, size) on which graph and policy are compared."""
     return (2.0 * np.random.default_rng(0).standard_normal((ROWS, size))).astype(np.float32)
 
 
 def _check_choices(model: Any, policy: Actor | Scorer) -> None:
     """Make sure that the runtime chooses like the policy, on all sample observations at once and on the first alone."""
-    session, observations = _session(model), _sample_observations(ENTRIES)
+    session, observations = _session(model), _sample(ENTRIES)
     real, scores = choice_mask(observations), policy(observations)
-    expected = ScoreController("", policy).act(line_observation(observations))
+    expected = ScoreController("", policy).act(decisions.observe(observations))
     for rows in (slice(None), slice(1)):
         action, graph_scores = session.run(["action", "scores"], {"observation": observations[rows]})
         differences = np.abs(graph_scores - scores[rows])[real[rows]] / max(np.ptp(scores), 1e-9)
@@ -201,17 +206,3 @@ def _check_choices(model: Any, policy: Actor | Scorer) -> None:
         lost = np.take_along_axis(scores[rows], np.stack([action, expected[rows]], axis=1), axis=1)
         if not (differences <= PARITY).all() or (np.abs(np.diff(lost)) > PARITY * np.ptp(scores)).any():
             raise UsageError("the ONNX graph does not choose as the policy does")
-
-
-def _check_parity(model: Any, actor: Actor) -> None:
-    """Make sure that the runtime acts like the policy, on all sample observations at once and on the first alone."""
-    session, observations = _session(model), _sample_observations(actor.sizes[0])
-    actions = [session.run(["action"], {"observation": rows})[0] for rows in (observations, observations[:1])]
-    differences = np.abs(np.concatenate(actions) - actor(np.concatenate([observations, observations[:1]]))) / (
-        actor.high - actor.low
-    )
-    if not (differences <= PARITY).all():
-        raise UsageError(
-            f"the ONNX graph differs from the policy by {differences.max():.2g} of the range of an action; at most "
-            f"{PARITY:g} is rounding"
-        )

@@ -13,19 +13,16 @@ from ..ground.files import check_form, lock_folder
 from ..ground.outputs import deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
-from ..reproduce.record import is_reproduction
-from ..results.content import is_benchmark
-from ..results.study import is_study
+from ..reproduce import record
+from ..results import content, study
+from . import contents, page, pictures, submissions, templates
 from .blocks import makers_from, rewrite
-from .contents import read_results
-from .figures import kind_of
-from .page import Chapter, html_page, index_page, paper_chapters, sections, tables_page
+from .figures import KINDS, USUAL
+from .page import Chapter, sections
 from .pays import crossover_grid, curves_figures, improvement_grid, mismatch_figures
-from .pictures import methods_figures
 from .questions import DRAWINGS, QUESTIONS
 from .speeds import KNOWN
-from .submissions import BLOCK, TITLE, submissions_grid
-from .templates import study_grids
+from .submissions import BLOCK, TITLE
 
 
 @dataclass(frozen=True)
@@ -42,7 +39,7 @@ class Arguments:
 
 INDEX = "README.md"
 """Page of the results folder that lists the questions."""
-DRAWN = {"methods": methods_figures, "curves": curves_figures, "mismatch": mismatch_figures}
+DRAWN = {"methods": pictures.figures, "curves": curves_figures, "mismatch": mismatch_figures}
 """Figures of studies that have any."""
 COMPUTED = {"curves": (improvement_grid,), "mismatch": (crossover_grid,)}
 """Tables of studies that their plans cannot describe."""
@@ -52,27 +49,33 @@ def main(arguments: Arguments) -> None:
     """Write everything; files are replaced one by one, each at once."""
     check_libraries("matplotlib", "jinja2")
     results = arguments.results
-    chapters = read_chapters(results, trust=arguments.trust)
+    chapters = read(results, trust=arguments.trust)
     if not chapters:
         raise UsageError(f"{str(results)!r} holds no results yet; `python -m agents.benchmark` makes some")
     parts = sections(chapters, results)
     with lock_folder(results):
-        for name, text in {**_pictures(results), **_figures(chapters)}.items():
+        # The drawings that belong to questions and to no chapter, by file name.
+        drawn: dict[str, str] = {}
+        for question in QUESTIONS:
+            draw = DRAWINGS.get(question.name)
+            contents = None if draw is None else question.read(results)
+            if draw is None or contents is None:
+                continue
+            if question.answer_from(contents, results) is not None:
+                with check_form(results / f"{question.sources[0]}.json"):
+                    drawn[question.picture] = svg(draw(contents))
+        for name, text in {**drawn, **_figures(chapters)}.items():
             deliver_text(results / "figures" / name, text)
         for section in parts:
             for chapter in section.chapters:
-                deliver_text(results / "tables" / f"{chapter.name}.md", tables_page(chapter, section))
-        deliver_text(results / INDEX, index_page(parts))
-        deliver_text(results / "report.html", html_page(parts))
-        for document in _documents(arguments):
+                deliver_text(results / "tables" / f"{chapter.name}.md", page.tables(chapter, section))
+        deliver_text(results / INDEX, page.index(parts))
+        deliver_text(results / "report.html", page.html(parts))
+        # The README, and the pages of results beside the index, whose blocks are written anew.
+        pages = (arguments.results / f"{question.name}.md" for question in QUESTIONS)
+        for document in [path for path in (arguments.readme, *pages) if path.is_file()]:
             rewrite(document, makers_from(results))
     console().print(f"report of {len(chapters)} results in {results / 'report.html'}")
-
-
-def _documents(arguments: Arguments) -> list[Path]:
-    """The README, and the pages of results beside the index, whose blocks are written anew."""
-    pages = (arguments.results / f"{question.name}.md" for question in QUESTIONS)
-    return [path for path in (arguments.readme, *pages) if path.is_file()]
 
 
 def _figures(chapters: Sequence[Chapter]) -> dict[str, str]:
@@ -80,21 +83,7 @@ def _figures(chapters: Sequence[Chapter]) -> dict[str, str]:
     return {name: text for chapter in chapters for name, text in chapter.figures.items()}
 
 
-def _pictures(results: Path) -> dict[str, str]:
-    """The drawings that belong to questions and to no chapter, by file name."""
-    drawn: dict[str, str] = {}
-    for question in QUESTIONS:
-        draw = DRAWINGS.get(question.name)
-        contents = None if draw is None else question.read(results)
-        if draw is None or contents is None:
-            continue
-        if question.answer_from(contents, results) is not None:
-            with check_form(results / f"{question.sources[0]}.json"):
-                drawn[question.picture] = svg(draw(contents))
-    return drawn
-
-
-def read_chapters(results: Path, *, trust: bool = False) -> list[Chapter]:
+def read(results: Path, *, trust: bool = False) -> list[Chapter]:
     """A chapter per file of results whose form is known; one per paper in that of a reproduction.
 
     Args:
@@ -104,26 +93,26 @@ def read_chapters(results: Path, *, trust: bool = False) -> list[Chapter]:
     Raises:
         UsageError: a file is not valid JSON, or holds other things than its keys promise.
     """
-    files = ((path, read_results(path, trust=trust)) for path in sorted(results.glob("*.json")))
+    files = ((path, contents.read(path, trust=trust)) for path in sorted(results.glob("*.json")))
     chapters: list[Chapter] = []
     for path, data in files:
         with check_form(path):
             own = _chapters(path.stem, data, results) if isinstance(data, dict) else []
             chapters += [replace(chapter, name=chapter.name or path.stem, source=path.stem) for chapter in own]
-    handed_in = submissions_grid(results)
+    handed_in = submissions.grid(results)
     return [*chapters, *([Chapter(TITLE, (handed_in,), name=BLOCK, source=BLOCK)] if handed_in.rows else [])]
 
 
 def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter]:
     """The chapters of one file; none for a form that has no tables here."""
-    if is_reproduction(data):
-        return paper_chapters(data, results / "figures")
-    if is_benchmark(data):
+    if record.matches(data):
+        return page.chapters(data, results / "figures")
+    if content.matches(data):
         return [benchmark_chapter(name, data)]
-    if is_study(data):
+    if study.matches(data):
         drawn = DRAWN[data["study"]](data) if data["study"] in DRAWN else {}
         computed = [table(data) for table in COMPUTED.get(data["study"], ())]
-        return [Chapter(name, (*study_grids(data), *computed), drawn)]
+        return [Chapter(name, (*templates.grids(data), *computed), drawn)]
     if grids := tuple(table(data) for names, table in KNOWN if names <= set(data)):
         return [Chapter(name, grids)]
     return []
@@ -131,7 +120,7 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
 
 def benchmark_chapter(name: str, data: Mapping[str, Any]) -> Chapter:
     """Tables and figures of a benchmark."""
-    kind = kind_of(data)
+    kind = KINDS.get(data["trial"], USUAL)
     prefix = "" if name == "benchmark" else f"{name}_"
     figures = {f"{prefix}{file}": text for file, text in kind.figures(data).items()}
     return Chapter(name, tuple(kind.grids(data)), figures)

@@ -21,6 +21,8 @@ Data = Mapping[str, Any]
 
 KEYS: Final = ("label", "throws")
 """What names a controller in a benchmark."""
+STUDY: Final = ("rows", "throws")
+"""Keys of a study's results."""
 
 
 def difference(data: Data, level: str, learner: Data, reference: Data) -> str:
@@ -71,10 +73,10 @@ LOSSES: Final = {
 
 def learning(results: Results) -> Values:
     """The best learner, the first that adds anything to the planner, and the first that adds nearly as much."""
-    data = _benchmark(results, "benchmark")
+    data = _read(results, "benchmark")
     level, rows = first_level(data)
     planner = _row(rows, "analytic")
-    learned = sorted(_learner_rows(rows), key=lambda row: (row["throws"], -_pace(row)))
+    learned = sorted(_rows(rows), key=lambda row: (row["throws"], -_pace(row)))
     winner = max(learned, key=_pace)
     enough = _pace(planner) + NEARLY_ALL * (_pace(winner) - _pace(planner))
     ahead = ((row, interval(data, level, row, planner)) for row in learned)
@@ -85,16 +87,16 @@ def learning(results: Results) -> Values:
         "winner": winner,
         "soonest": next(row for row in learned if _pace(row) >= enough),
         "first": next((row for row, gain in ahead if gain is not None and gain.low > 0.0), None),
-        "gain": _gain_of(data),
+        "gain": lambda one, other: difference(data, one["level"], one, other),
     }
 
 
 def drift(results: Results) -> Values:
     """A static policy with and without drift, the best controller that adapts, and the share that it wins back."""
-    data = _benchmark(results, "benchmark_adapt")
+    data = _read(results, "benchmark_adapt")
     level, rows = first_level(data)
     static, oracle = _row(rows, "static"), _row(rows, "oracle_drift")
-    adapting = [row for row in _learner_rows(rows) if row["controller"] not in ("static", "oracle_drift")]
+    adapting = [row for row in _rows(rows) if row["controller"] not in ("static", "oracle_drift")]
     if not adapting:
         raise NoFigure("no controller adapts")
     winner = min(adapting, key=_error)
@@ -110,7 +112,7 @@ def drift(results: Results) -> Values:
 
 def grasp(results: Results) -> Values:
     """The middle, a tuned rule, networks and an oracle of the cup's place, on seen and on unseen kinds."""
-    data = _benchmark(results, "benchmark_grasp")
+    data = _read(results, "benchmark_grasp")
     level, rows = first_level(data)
     oracle = _row(rows, "oracle_grasp")
     above = [row for row in rows if _pace(row) > _pace(oracle)]
@@ -130,13 +132,13 @@ def grasp(results: Results) -> Values:
         "unseen": [
             {"level": name, **{role: _row(of, label) for role, label in names.items()}} for name, of in unseen.items()
         ],
-        "gain": _gain_of(data),
+        "gain": lambda one, other: difference(data, one["level"], one, other),
     }
 
 
 def order(results: Results) -> Values:
     """Where the gain of the best order over first in, first out is least and most, and who leads the planners."""
-    data = _benchmark(results, "benchmark_line")
+    data = _read(results, "benchmark_line")
     levels = {level: rows_of(data, [level]) for level in data["plan"]["levels"]}
     found = [best for rows in levels.values() if (best := _best(rows)) is not None]
     gains = sorted(found, key=lambda best: _lead(best["top"], best["first"]))
@@ -175,13 +177,13 @@ def _lead(one: Data, other: Data) -> float:
 
 def losses(results: Results) -> Values:
     """The planner and the best learner, of which it is told how many picks end where."""
-    level, rows = first_level(_benchmark(results, "benchmark"))
-    return {"level": level, "planner": _row(rows, "analytic"), "winner": max(_learner_rows(rows), key=_pace)}
+    level, rows = first_level(_read(results, "benchmark"))
+    return {"level": level, "planner": _row(rows, "analytic"), "winner": max(_rows(rows), key=_pace)}
 
 
 def reality(results: Results) -> Values:
     """The fitted cube and square, the cube of another material, and two bounds on the rises of the square."""
-    rows = _study(results, "reality")["rows"]
+    rows = _read(results, "reality", STUDY)["rows"]
     contacts = {(row.get("part"), row.get("contact")): row for row in rows}
     bounds = {row.get("restitution"): row for row in rows if row.get("body") == "square"}
     return {
@@ -195,7 +197,7 @@ def reality(results: Results) -> Values:
 
 def sorter(results: Results) -> Values:
     """The shipped policy in the cell of boxes: where nothing fails, with each effect, and with all of them."""
-    data = _study(results, "judged")
+    data = _read(results, "judged", STUDY)
     rows = [row for row in data["rows"] if row.get("controller") != PLANNER and row.get("level") == "boxes"]
     cases = {row.get("case"): row for row in rows}
     effects = [row for case, row in cases.items() if case in EFFECTS]
@@ -204,7 +206,7 @@ def sorter(results: Results) -> Values:
 
 def cup(results: Results) -> Values:
     """What the cup loses without care on each level, and with a safety of the grip on one."""
-    data = _study(results, "grip")
+    data = _read(results, "grip", STUDY)
     rows = [row for row in data["rows"] if "safety" in row]
     waste = {row["safety"]: row for row in rows if row.get("level") == "waste"}
     careless = [row for row in rows if row["safety"] is None]
@@ -213,7 +215,7 @@ def cup(results: Results) -> Values:
 
 def methods(results: Results) -> Values:
     """The ways to the bin by what each sorts per minute, on one level at one share of the robot's limits."""
-    rows = [row for row in _study(results, "methods")["rows"] if row["part"] == "belt"]
+    rows = [row for row in _read(results, "methods", STUDY)["rows"] if row["part"] == "belt"]
     rows = [row for row in rows if (row["level"], row["percent"]) == METHODS_AT]
     if not rows:
         raise NoFigure("no method at these limits")
@@ -224,7 +226,9 @@ def methods(results: Results) -> Values:
 
 def flight(results: Results) -> Values:
     """The levels on which flights and full physics differ most, in landings and in success, and half of the levels."""
-    rows = [row for row in _study(results, "fidelity")["rows"] if {"landing_p95_m", "success_differs"} <= set(row)]
+    rows = [
+        row for row in _read(results, "fidelity", STUDY)["rows"] if {"landing_p95_m", "success_differs"} <= set(row)
+    ]
     if not rows:
         raise NoFigure("no flights beside full physics")
     farthest, differs = (max(rows, key=lambda row: row[name]) for name in ("landing_p95_m", "success_differs"))
@@ -256,33 +260,15 @@ def speed(results: Results) -> Values:
     return {"vector": vector, "planner": results["perf_planner"]}
 
 
-def _gain_of(data: Data) -> Callable[[Data, Data], str]:
-    """The difference of two rows of a benchmark on the level of both, as text."""
-    return lambda one, other: difference(data, one["level"], one, other)
-
-
-def _benchmark(results: Results, name: str) -> Data:
-    """A benchmark's results.
+def _read(results: Results, name: str, keys: Sequence[str] = ("plan", "table", "comparisons")) -> Data:
+    """Results of a benchmark, or with the keys of a study those of a study.
 
     Raises:
-        NoFigure: the file of this name holds other results, such as those of a study.
+        NoFigure: the file of this name holds other results.
     """
-    return _with_keys(results[name], "plan", "table", "comparisons")
-
-
-def _study(results: Results, name: str) -> Data:
-    """A study's results.
-
-    Raises:
-        NoFigure: the file of this name holds other results, such as those of a benchmark.
-    """
-    return _with_keys(results[name], "rows", "throws")
-
-
-def _with_keys(data: Data, *names: str) -> Data:
-    if not set(names) <= set(data):
-        raise NoFigure(f"no keys {', '.join(names)}")
-    return data
+    if not set(keys) <= set(results[name]):
+        raise NoFigure(f"no keys {', '.join(keys)}")
+    return results[name]
 
 
 def _case(rows: Mapping[Any, Data], case: object) -> Data:
@@ -308,7 +294,7 @@ def _row(rows: Sequence[Data], label: str) -> Data:
     return matches[-1]
 
 
-def _learner_rows(rows: Sequence[Data]) -> list[Data]:
+def _rows(rows: Sequence[Data]) -> list[Data]:
     """Rows of controllers that have learned from throws, without noise floors.
 
     Raises:
@@ -341,11 +327,6 @@ def _number(row: Data, name: str) -> float:
     return float(row[name])
 
 
-def _after(row: Data) -> str:
-    """A controller with the throws that it has learned from."""
-    return f"`{row['label']}` after {row['throws']:,} throws"
-
-
 def _losses(row: Data) -> str:
     """Where the picks of a controller end that are not sorted, the largest share first."""
     shares = {name: 100 * row[key] for key, name in LOSSES.items() if row.get(key)}
@@ -356,7 +337,7 @@ def _losses(row: Data) -> str:
 WORDS: Final[Mapping[str, Callable[[Data], str]]] = {
     "pace": lambda row: number(_pace(row)),
     "error": lambda row: mm(_error(row)),
-    "after": _after,
+    "after": lambda row: f"`{row['label']}` after {row['throws']:,} throws",
     "name": name_of,
     "losses": _losses,
 }

@@ -15,37 +15,34 @@ from ..ground.cli import UsageError
 from ..ground.files import MOST_RESULTS, check_form
 from ..ground.outputs import deliver_text
 from ..ground.tables import Grid, markdown_text
-from ..results.study import STUDIES, read_study
-from .contents import read_results
-from .headline import headline_failures, headline_table, peers_table
-from .line import gains_table, line_table, seeds_table
+from ..results import study
+from ..results.study import STUDIES
+from . import contents, headline, line, speeds, submissions, tables, templates
+from .line import gains_table, seeds_table
 from .page import table as reproduced_table
 from .page import tables_line
 from .pays import crossover_grid
 from .questions import QUESTIONS, Question
-from .speeds import speed_grid
 from .submissions import BLOCK as SUBMISSIONS
-from .submissions import submissions_grid
-from .tables import benchmark_table, first_shift_table
-from .templates import study_grid
+from .tables import first_shift_table
 
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
-    "headline": ("benchmark.json", headline_table),
-    "benchmark": ("benchmark.json", benchmark_table),
-    "grasp": ("benchmark_grasp.json", benchmark_table),
-    "planner": ("perf_planner.json", partial(speed_grid, "planner")),
-    "environments": ("perf_envs.json", partial(speed_grid, "environments")),
-    "speed-goals": ("perf_envs.json", partial(speed_grid, "speed-goals")),
-    "shares": ("perf_shares.json", partial(speed_grid, "shares")),
-    "training-shares": ("perf_training.json", partial(speed_grid, "training-shares")),
-    "training-before": ("perf_before.json", partial(speed_grid, "training-before")),
-    "steps-before": ("perf_before.json", partial(speed_grid, "steps-before")),
-    "line": ("benchmark_line.json", line_table),
+    "headline": ("benchmark.json", headline.table),
+    "benchmark": ("benchmark.json", tables.table),
+    "grasp": ("benchmark_grasp.json", tables.table),
+    "planner": ("perf_planner.json", partial(speeds.grid, "planner")),
+    "environments": ("perf_envs.json", partial(speeds.grid, "environments")),
+    "speed-goals": ("perf_envs.json", partial(speeds.grid, "speed-goals")),
+    "shares": ("perf_shares.json", partial(speeds.grid, "shares")),
+    "training-shares": ("perf_training.json", partial(speeds.grid, "training-shares")),
+    "training-before": ("perf_before.json", partial(speeds.grid, "training-before")),
+    "steps-before": ("perf_before.json", partial(speeds.grid, "steps-before")),
+    "line": ("benchmark_line.json", line.table),
     "line-gains": ("benchmark_line.json", gains_table),
     "line-learned": ("benchmark_line.json", seeds_table),
     "adapting": ("benchmark_adapt.json", first_shift_table),
-    "failures": ("benchmark.json", headline_failures),
-    "peers": ("benchmark_peers.json", peers_table),
+    "failures": ("benchmark.json", headline.failures),
+    "peers": ("benchmark_peers.json", headline.peers),
     "crossover": ("mismatch.json", crossover_grid),
 }
 """Tables in documents by name: the file of results, and what makes the table; plans of studies name further ones, and
@@ -79,8 +76,11 @@ def makers_from(results: Path) -> dict[str, Maker]:
 
     A maker raises a UsageError if there is no such table, question or answer, or its results are missing.
     """
-    makers = {"table": _table_text, "question": _question_text, "answer": _answer_text}
-    return {kind: partial(make, results=results) for kind, make in makers.items()}
+    return {
+        "table": lambda name: _text(name, results),
+        "question": lambda name: _question_text(name, results),
+        "answer": lambda name: _answered_question(name, results)[1],
+    }
 
 
 def rewrite(document: Path, makers: Mapping[str, Maker]) -> bool:
@@ -101,19 +101,11 @@ def _question_text(name: str, results: Path) -> str:
     """What a page of results begins with: title, picture, answer, the command behind the numbers, links to tables."""
     question, answer = _answered_question(name, results)
     picture = f"![{question.title}](figures/{question.picture})"
-    tables = tables_line({page: title for page, title in question.chapters.items() if _has_tables(page, results)})
+    # Files of results with one page of tables; the papers of a reproduction have a page each.
+    pages = {page for page in question.chapters if (results / "tables" / f"{page}.md").is_file()}
+    tables = tables_line({page: title for page, title in question.chapters.items() if page in pages})
     lines = [f"# {question.title}", picture, f"{answer} `{question.command}` makes these numbers.", tables]
     return "\n\n".join(line for line in lines if line)
-
-
-def _has_tables(name: str, results: Path) -> bool:
-    """Whether a file of results has one page of tables; the papers of a reproduction have a page each."""
-    return (results / "tables" / f"{name}.md").is_file()
-
-
-def _answer_text(name: str, results: Path) -> str:
-    """The answer to a question alone, for the first screen of a document."""
-    return _answered_question(name, results)[1]
 
 
 def _answered_question(name: str, results: Path) -> tuple[Question, str]:
@@ -129,7 +121,7 @@ def _answered_question(name: str, results: Path) -> tuple[Question, str]:
     raise UsageError(f"no answer {name!r} from {str(results)!r}; questions are {known}, each with its results")
 
 
-def _table_text(name: str, results: Path) -> str:
+def _text(name: str, results: Path) -> str:
     grid = _table(name, results)
     note = f"\n\n{markdown_text(grid.note)}" if grid.note else ""
     return f"{grid.markdown()}{note}"
@@ -137,12 +129,12 @@ def _table_text(name: str, results: Path) -> str:
 
 def _table(name: str, results: Path) -> Grid:
     if name == SUBMISSIONS:
-        return submissions_grid(results)
+        return submissions.grid(results)
     tables = {**BLOCKS, **study_blocks()}
     if name in tables:
         file, make_table = tables[name]
         with check_form(results / file):
-            return make_table(read_results(results / file))
+            return make_table(contents.read(results / file))
     grid = reproduced_table(results, name) if "/" in name else None
     if grid is None:
         raise UsageError(unknown_name("table", name, tables, ", and PAPER/TABLE"))
@@ -152,9 +144,9 @@ def _table(name: str, results: Path) -> Grid:
 @cache
 def study_blocks() -> Mapping[str, tuple[str, Callable[[Any], Grid]]]:
     """Tables of the shipped studies by the names of their blocks."""
-    plans = [read_study(path) for path in sorted(STUDIES.glob("*.yaml"))]
+    plans = [study.read(path) for path in sorted(STUDIES.glob("*.yaml"))]
     return {
-        table.block: (f"{plan.study}.json", partial(study_grid, plan, table))
+        table.block: (f"{plan.study}.json", partial(templates.grid, plan, table))
         for plan in plans
         for table in plan.tables
         if table.block

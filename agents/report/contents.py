@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from ..ground.files import read_json
-from ..reproduce.record import check_record, is_reproduction
-from ..results.compare import check_figures
-from ..results.content import ROWS, folder_of, form_of, is_benchmark
-from ..results.study import check_study, is_study
+from ..reproduce import record
+from ..results import compare, content, study
+from ..results.content import ROWS, folder_of
 
 
-def read_results(path: Path, *, trust: bool = False) -> Any:
+def read(path: Path, *, trust: bool = False) -> Any:
     """Data of a file of results, shared by all callers, which must not change the data.
 
     The figures of a benchmark are computed from the throws in its file, and verdicts about papers from their values.
@@ -40,10 +39,10 @@ def _stamp(path: Path) -> tuple[int, int]:
 def _read(path: Path, trust: bool, _stamps: tuple[tuple[int, int], ...]) -> Any:
     """Data of a file; a file that was written anew has another stamp."""
     data = read_json(path)
-    if is_benchmark(data):
-        return check_figures(form_of(path, data), trust=trust).data
-    if is_reproduction(data):
-        check_record(path, data)
-    elif is_study(data):
-        check_study(path, data)
+    if content.matches(data):
+        return compare.check(content.form(path, data), trust=trust).data
+    if record.matches(data):
+        record.check(path, data)
+    elif study.matches(data):
+        study.check(path, data)
     return data

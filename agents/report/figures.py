@@ -12,20 +12,10 @@ from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg
 from ..ground.metrics import Interval
 from ..ground.tables import Grid
 from ..judging import figures as judged
-from .headline import headline_figure
-from .line import gains_figure, line_grids
-from .profiles import improvement_grids, profiles_figure, run_errors
-from .tables import (
-    benchmark_grids,
-    comparison_table,
-    conditions,
-    is_of_shifts,
-    labels,
-    name_of,
-    other_level_tables,
-    rows_of,
-    side_by_side,
-)
+from . import headline, line, profiles, tables
+from .line import gains_figure
+from .profiles import profiles_figure
+from .tables import conditions, is_of_shifts, labels, name_of, other_level_tables, rows_of, side_by_side
 
 
 class Measure(NamedTuple):
@@ -74,11 +64,6 @@ SMOOTHED = 5
 """Picks over which a curve is averaged."""
 
 
-def line_figures(data: Mapping[str, Any]) -> dict[str, str]:
-    """SVG texts of a benchmark of lines, by file name."""
-    return {"value.svg": svg(gains_figure(data)), "learning_curves.svg": svg(learning_curves(data, VALUE))}
-
-
 def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
     """SVG texts of a benchmark of throws, by file name; no clouds of a cell that tells its errors only.
 
@@ -86,28 +71,32 @@ def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
     """
     if is_of_shifts(data):
         return {"over_the_shift.svg": svg(over_the_shift(data))}
-    has_curves = _has_curves(data)
-    drawn = {"sorted_per_min.svg": headline_figure(data)} if has_curves else {}
+    # Some controller has learned from several numbers of throws.
+    counts = {(row["label"], row["throws"]) for row in data["table"] if row["throws"] > 0}
+    has_curves = len(counts) > len({label for label, _ in counts})
+    drawn = {"sorted_per_min.svg": headline.figure(data)} if has_curves else {}
     drawn["landing_error.svg"] = bars(data)
     if has_curves:
         drawn["learning_curves.svg"] = learning_curves(data, ERROR)
-    if len(run_errors(data)) > 1:
+    if len(profiles.errors(data)) > 1:
         drawn["profiles.svg"] = profiles_figure(data)
-    clouds = _cloud_choices(data)
+    # The planner, the references after most throws, the first learner on the first level: one seed each.
+    plan = data["plan"]
+    choices = [("analytic", 0)]
+    throws = [c["throws"] for c in plan["references"] if c["label"] == "virtual_goal"]
+    choices += [("virtual_goal", max(throws))] if throws else []
+    choices += [(c["label"], c["throws"]) for c in plan["learned"][:1]]
+    on_first = [r for r in reversed(data["results"]) if r["level"] == plan["levels"][0] and "along_m" in r["columns"]]
+    first = {(r["label"], r["throws"]): r for r in on_first}
+    clouds = [first[key] for key in choices if key in first]
     if clouds:
         drawn["landing_clouds.svg"] = landing_clouds(clouds)
     return {name: svg(figure) for name, figure in drawn.items()}
 
 
-def _has_curves(data: Mapping[str, Any]) -> bool:
-    """Whether a controller has learned from several numbers of throws."""
-    counts = {(row["label"], row["throws"]) for row in data["table"] if row["throws"] > 0}
-    return len(counts) > len({label for label, _ in counts})
-
-
 def bars(data: Mapping[str, Any]) -> Figure:
     """Landing error of every controller, a panel for each level, one below another, with 95 % intervals."""
-    levels, colour = data["plan"]["levels"], _colours(data)
+    levels, colour = data["plan"]["levels"], dict(zip(labels(data), cycle(COLOURS), strict=False))
     row_count = max(len(rows_of(data, [level])) for level in levels)
     figure, panels = subplots(len(levels), 1, (WIDTH, (0.24 * row_count + 0.9) * len(levels)))
     for axes, level in zip(panels, levels, strict=True):
@@ -129,10 +118,10 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
     figure, panels = tile_panels(len(levels), 2, (WIDTH / 2 if len(levels) > 1 else WIDTH, 3.2))
     greatest_count = max([row["throws"] for row in data["table"] if not row["label"].startswith("floor")] or [0])
     for axes, level in zip(panels, levels, strict=True):
-        for label, colour in _colours(data).items():
+        for label, colour in dict(zip(labels(data), cycle(COLOURS), strict=False)).items():
             rows = [row for row in rows_of(data, [level]) if row["label"] == label]
             if rows and rows[0]["controller"] != measure.hidden:
-                _curve(axes, rows, label, colour, measure)
+                _draw(axes, rows, label, colour, measure)
         axes.set(xscale="log", xlabel=measure.learned_from, ylabel=measure.said, title=f"level {level}")
         if measure.ticks:
             axes.set_yscale("log")
@@ -189,7 +178,7 @@ def _name_once(figure: Figure, panels: Sequence[Axes]) -> None:
     figure.legend(shown.values(), shown.keys(), fontsize=8, loc="outside lower center", ncols=NAMED_BESIDE)
 
 
-def _curve(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str, measure: Measure) -> None:
+def _draw(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str, measure: Measure) -> None:
     value, low, high = (measure.scale * np.array([row[name] for row in rows]) for name in measure.names)
     if rows[0]["throws"] == 0 or label.startswith("floor"):
         axes.axhline(value[-1], color=colour, linestyle="--", linewidth=1, label=label)
@@ -197,23 +186,6 @@ def _curve(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str, m
     spread = [value - low, high - value]
     throws = [row["throws"] for row in rows]
     axes.errorbar(throws, value, yerr=spread, marker="o", color=colour, label=label, capsize=2)
-
-
-def _colours(data: Mapping[str, Any]) -> dict[str, str]:
-    """By label, in the plan's order."""
-    return dict(zip(labels(data), cycle(COLOURS), strict=False))
-
-
-def _cloud_choices(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """The planner, the references after most throws, the first learner on the first level: one seed each."""
-    plan = data["plan"]
-    choices = [("analytic", 0)]
-    throws = [c["throws"] for c in plan["references"] if c["label"] == "virtual_goal"]
-    choices += [("virtual_goal", max(throws))] if throws else []
-    choices += [(c["label"], c["throws"]) for c in plan["learned"][:1]]
-    on_first = [r for r in reversed(data["results"]) if r["level"] == plan["levels"][0] and "along_m" in r["columns"]]
-    first = {(r["label"], r["throws"]): r for r in on_first}
-    return [first[key] for key in choices if key in first]
 
 
 Data = Mapping[str, Any]
@@ -231,7 +203,7 @@ class Kind(NamedTuple):
     figures: Callable[[Data], dict[str, str]]
 
 
-def usual_grids(data: Data) -> list[Grid]:
+def grids(data: Data) -> list[Grid]:
     """Tables of a kind of task that has none of its own: its figures side by side, and paired differences."""
     levels, who = data["plan"]["levels"], ("controller", f"{data['step']}s to learn")
     columns = {figure.label: _cell(name, figure) for name, figure in _figures(data).items()}
@@ -239,12 +211,12 @@ def usual_grids(data: Data) -> list[Grid]:
     grids = [
         side_by_side("Every controller on the same held-out tasks", data, levels, columns, note, who),
         *other_level_tables(data, columns, who),
-        *(comparison_table(data, level, _figures(data)) for level in levels),
+        *(tables.comparison(data, level, _figures(data)) for level in levels),
     ]
     return [grid for grid in grids if grid.rows]
 
 
-def usual_figures(data: Data) -> dict[str, str]:
+def figures(data: Data) -> dict[str, str]:
     """Learning curves of a kind of task that has no drawings of its own; nothing where nobody has learned."""
     if not any(row["throws"] for row in data["table"]):
         return {}
@@ -255,14 +227,15 @@ def usual_figures(data: Data) -> dict[str, str]:
 
 
 KINDS: Final = {
-    "throws": Kind(lambda data: [*benchmark_grids(data), *improvement_grids(data)], throw_figures),
-    "work_shifts": Kind(line_grids, line_figures),
+    "throws": Kind(lambda data: [*tables.grids(data), *profiles.grids(data)], throw_figures),
+    "work_shifts": Kind(
+        line.grids,
+        lambda data: {"value.svg": svg(gains_figure(data)), "learning_curves.svg": svg(learning_curves(data, VALUE))},
+    ),
 }
-
-
-def kind_of(data: Data) -> Kind:
-    """The kind of task that a benchmark was about."""
-    return KINDS.get(data["trial"], Kind(usual_grids, usual_figures))
+"""Kinds of tasks that have tables and figures of their own."""
+USUAL: Final = Kind(grids, figures)
+"""Tables and figures of any other kind of task."""
 
 
 def _figures(data: Data) -> dict[str, judged.Figure]:

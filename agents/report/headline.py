@@ -8,7 +8,8 @@ from typing import Any, Final
 from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from ..ground.metrics import wilson
 from ..ground.tables import Grid, millimetres, percent
-from .tables import failure_table, first_level, who
+from . import tables
+from .tables import first_level, who
 
 Data = Mapping[str, Any]
 SHOWN: Final[Mapping[str, str]] = {
@@ -25,16 +26,16 @@ LEVELS: Final = ("analytic", "floor", "oracle")
 """Controllers that are drawn as levels: where learning begins, what the observation allows, an oracle that aims."""
 
 
-def headline_rows(data: Data) -> tuple[str, list[Data]]:
+def _rows(data: Data) -> tuple[str, list[Data]]:
     """The first level of the plan, and the last row of each controller of the short table on this level."""
     level, rows = first_level(data)
     last = {row["label"]: row for row in rows}
     return level, [last[label] for label in SHOWN if label in last]
 
 
-def headline_table(data: Data) -> Grid:
+def table(data: Data) -> Grid:
     """Five controllers on the first level of the plan."""
-    level, shown = headline_rows(data)
+    level, shown = _rows(data)
     rows = [
         [
             SHOWN[row["label"]],
@@ -53,13 +54,13 @@ def headline_table(data: Data) -> Grid:
     return Grid("", ("controller", "throws to learn", "landing error", "success", "sorted/min"), rows, note)
 
 
-def headline_failures(data: Data) -> Grid:
+def failures(data: Data) -> Grid:
     """What stood between an object and its bin, of the same five controllers on the first level of the plan."""
-    level, rows = headline_rows(data)
-    return failure_table({**data, "table": rows}, level)
+    level, rows = _rows(data)
+    return tables.failures({**data, "table": rows}, level)
 
 
-def headline_figure(data: Data) -> Figure:
+def figure(data: Data) -> Figure:
     """Sorted picks per minute over the throws learned from, on the first level of the plan."""
     level, rows = first_level(data)
     figure, (axes,) = subplots(1, 1, (WIDTH, 3.8))
@@ -84,7 +85,7 @@ of the code of Louette et al. 2024 (arXiv 2406.13453). Boxes: real throws of wha
 SOURCES: Final = {"cubes": "Louette et al. 2024", "boxes": "Zeng et al. 2019"}
 
 
-def peers_table(data: Data) -> Grid:
+def peers(data: Data) -> Grid:
     """Success of ours and of theirs, level by level."""
     rows: list[list[str]] = []
     for level in data["plan"]["levels"]:

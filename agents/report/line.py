@@ -14,7 +14,8 @@ from ..ground import metrics
 from ..ground.drawings import COLOURS, Figure, dress, tile_panels
 from ..ground.tables import Grid, percent
 from ..judging.shift_record import ShiftRecord
-from .tables import comparison_table, conditions, name_of, other_level_tables, rows_of, side_by_side, who
+from . import tables
+from .tables import conditions, name_of, other_level_tables, rows_of, side_by_side, who
 
 Data = Mapping[str, Any]
 WHO: Final = ("controller", "decisions to learn")
@@ -33,19 +34,22 @@ AGAINST: Final[Mapping[str, tuple[str, ...]]] = {
 """With whom the worst seed of a learner is compared."""
 
 
-def line_grids(data: Data) -> list[Grid]:
+def grids(data: Data) -> list[Grid]:
     """Every table of a benchmark of lines."""
-    grids = [line_table(data), *other_level_tables(data, COLUMNS, WHO), gains_table(data), seeds_table(data)]
+    grids = [table(data), *other_level_tables(data, COLUMNS, WHO), gains_table(data), seeds_table(data)]
     for level in data["plan"]["levels"]:
+        level_rows = rows_of(data, [level])
+        items = level_rows[0]["items"] if level_rows else []
+        rows = [[*who(row), *map(percent, row["recovery_by_item"])] for row in level_rows]
         grids += [
-            comparison_table(data, level, ShiftRecord.figures),
-            figures_table(data, level),
-            items_table(data, level),
+            tables.comparison(data, level, ShiftRecord.figures),
+            _figures(data, level),
+            Grid(f"Recovery by item, level {level}", [*WHO, *items], rows),
         ]
     return [grid for grid in grids if grid.rows]
 
 
-def line_table(data: Data) -> Grid:
+def table(data: Data) -> Grid:
     """Every controller on the levels of the plan, side by side."""
     meaning = "value a minute, ± half of its 95 % interval over shifts"
     shifts = data["plan"]["shifts"]
@@ -112,7 +116,7 @@ def _against(values: Floats, reference: Data | None, named: bool) -> str:
     return (f"`{reference['label']}` " if named else "") + gain(values, value(reference))
 
 
-def figures_table(data: Data, level: str) -> Grid:
+def _figures(data: Data, level: str) -> Grid:
     """What a line is judged by beside its value a minute."""
     rows = [
         [
@@ -134,14 +138,6 @@ def figures_table(data: Data, level: str) -> Grid:
     return Grid(f"What a line is judged by, level {level}", header, rows, note)
 
 
-def items_table(data: Data, level: str) -> Grid:
-    """Recovery by item."""
-    level_rows = rows_of(data, [level])
-    items = level_rows[0]["items"] if level_rows else []
-    rows = [[*who(row), *map(percent, row["recovery_by_item"])] for row in level_rows]
-    return Grid(f"Recovery by item, level {level}", [*WHO, *items], rows)
-
-
 def gains_figure(data: Data) -> Figure:
     """Gain over first in, first out, or over the first controller of the plan, by controller and level."""
     levels = data["plan"]["levels"]
@@ -151,7 +147,7 @@ def gains_figure(data: Data) -> Figure:
     for axes, level in zip(panels, levels, strict=True):
         base = best(rows_of(data, [level]), (FIRST,)) or rows_of(data, [level])[0]
         for row in (row for row in shown if row["level"] == level):
-            at, interval = names.index(name_of(row)), _gain_interval(value(row), value(base))
+            at, interval = names.index(name_of(row)), _interval(value(row), value(base))
             ends = [[interval.value - interval.low], [interval.high - interval.value]]
             axes.errorbar(interval.value, at, xerr=ends, marker="o", color=COLOURS[at % len(COLOURS)])
         axes.axvline(0.0, color="black", linewidth=0.8)
@@ -188,15 +184,15 @@ def learners(rows: Iterable[Data]) -> list[Data]:
 
 def gain(values: Floats, base: Floats) -> str:
     """How much more one brings in than another on the shifts that both have worked, with its 95 % interval."""
-    interval = _gain_interval(values, base)
+    interval = _interval(values, base)
     return f"{interval.value:+.1f} % ({interval.low:+.1f}..{interval.high:+.1f})"
 
 
-def _gain_interval(values: Floats, base: Floats) -> metrics.Interval:
+def _interval(values: Floats, base: Floats) -> metrics.Interval:
     """The same [%]."""
     shared = min(len(values), len(base))
     mean = base[:shared].mean() / 100.0
-    return metrics.mean_difference(values[:shared] / mean, base[:shared] / mean)
+    return metrics.difference(values[:shared] / mean, base[:shared] / mean)
 
 
 def _gain(row: Data, base: Data) -> str:

@@ -15,7 +15,7 @@ from ..ground.cli import UsageError
 from ..ground.files import MOST_RESULTS, check_form, read_yaml
 from ..ground.tables import Grid, html_text, markdown_text
 from ..reproduce.record import Record, all_grids, overview_grids, verdicts
-from .contents import read_results
+from . import contents
 from .questions import QUESTIONS, Question
 
 TEMPLATE = Path(__file__).with_name("page.html")
@@ -95,7 +95,7 @@ def _section(question: Question, answer: str, chapters: Sequence[Chapter], resul
     return Section(question.title, tables, answer, question.picture, page, question.command)
 
 
-def html_page(parts: Sequence[Section]) -> str:
+def html(parts: Sequence[Section]) -> str:
     """The results as HTML; figures are images in the folder `figures` beside the page, in which nothing can run."""
     from jinja2 import Environment  # noqa: PLC0415 - needed for reports only
 
@@ -106,7 +106,7 @@ def html_page(parts: Sequence[Section]) -> str:
     return template.render(sections=parts, opening=OPENING) + "\n"
 
 
-def index_page(parts: Sequence[Section]) -> str:
+def index(parts: Sequence[Section]) -> str:
     """The index as Markdown: each question with its answer, and links to tables where the question has no page."""
     lines = ["# Results", "", OPENING, ""]
     for section in parts:
@@ -124,7 +124,7 @@ def tables_line(titles: Mapping[str, str]) -> str:
     return f"Tables: {', '.join(links)}" if links else ""
 
 
-def tables_page(chapter: Chapter, section: Section) -> str:
+def tables(chapter: Chapter, section: Section) -> str:
     """A page of the folder `tables` beside `figures`: every table of a chapter, with a link to its question."""
     lines = [f"# {markdown_text(chapter.title)}", ""]
     lines += [f"These tables belong to [{section.title}](../{section.page})", ""] if section.page else []
@@ -151,9 +151,24 @@ USED: Final = ("python", "pnt_gym", "mujoco", "numpy", "scipy", "casadi")
 FILE: Final = "reproduction.json"
 
 
-def paper_chapters(record: Record, drawings: Path) -> list[Chapter]:
+def chapters(record: Record, drawings: Path) -> list[Chapter]:
     """One chapter a paper: its tables, and those of its drawings that lie in the folder."""
-    return [_chapter(record, paper, drawings) for paper in record["papers"]]
+    versions = ", ".join(f"{name} {record['versions'][name]}" for name in USED if name in record["versions"])
+    found: list[Chapter] = []
+    for paper in record["papers"]:
+        names = record["figures"][paper]
+        for name in names:
+            if re.fullmatch(r"[\w.-]+\.svg", name) is None:
+                words = one_sentence(repr(name), 80)
+                raise UsageError(f"drawing {words} is no name of an .svg file in {str(drawings)!r}")
+        files = [drawings / name for name in names]
+        drawn = {file.name: _read(file) for file in files if file.is_file()}
+        # What the figures were made with, and what the verdicts count.
+        counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts(record, paper).rows)
+        seconds = sum(value for name, value in record["seconds"].items() if name.startswith(f"{paper}/"))
+        note = f"`{record['command']}`: {counts}; {seconds:.0f} s of processor time. Versions: {versions}."
+        found.append(Chapter(record["titles"][paper], tuple(all_grids(record, paper)), drawn, note, paper))
+    return found
 
 
 def table(results: Path, name: str) -> Grid | None:
@@ -162,31 +177,12 @@ def table(results: Path, name: str) -> Grid | None:
     Raises:
         UsageError: nothing was reproduced yet, or the record has another form.
     """
-    record = read_results(results / FILE)
+    record = contents.read(results / FILE)
     paper, _, table_name = name.partition("/")
     with check_form(results / FILE):
         return overview_grids(record, paper).get(table_name) if paper in record["papers"] else None
 
 
-def _chapter(record: Record, paper: str, drawings: Path) -> Chapter:
-    names = record["figures"][paper]
-    for name in names:
-        if re.fullmatch(r"[\w.-]+\.svg", name) is None:
-            raise UsageError(f"drawing {one_sentence(repr(name), 80)} is no name of an .svg file in {str(drawings)!r}")
-    files = [drawings / name for name in names]
-    drawn = {file.name: _drawing(file) for file in files if file.is_file()}
-    grids = tuple(all_grids(record, paper))
-    return Chapter(record["titles"][paper], grids, drawn, _note(record, paper), paper)
-
-
-def _drawing(file: Path) -> str:
+def _read(file: Path) -> str:
     with check_form(file):
         return text_of(file, MOST_RESULTS)
-
-
-def _note(record: Record, paper: str) -> str:
-    """What the figures were made with, and what the verdicts count."""
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts(record, paper).rows)
-    seconds = sum(value for name, value in record["seconds"].items() if name.startswith(f"{paper}/"))
-    versions = ", ".join(f"{name} {record['versions'][name]}" for name in USED if name in record["versions"])
-    return f"`{record['command']}`: {counts}; {seconds:.0f} s of processor time. Versions: {versions}."

@@ -8,9 +8,9 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg
+from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg
 from ..ground.tables import Grid
-from .profiles import improvement_text, performance_profile
+from . import profiles
 from .templates import NoFigure
 
 Data = Mapping[str, Any]
@@ -43,12 +43,45 @@ WITHOUT: Final = "without a planner"
 
 def curves_figures(data: Data) -> dict[str, str]:
     """SVG texts by file name."""
-    return {"curves.svg": svg(curves_figure(data)), "curves_profiles.svg": svg(profiles_figure(data))}
+    figure, (error, pace) = subplots(2, 1, (WIDTH, 8.6), sharex=True)
+    first = list(_curves(data, "sorted_per_min"))[:DISTINCT]
+    for axes, name, factor in ((error, "landing_error_mean_m", 1000.0), (pace, "sorted_per_min", 1.0)):
+        for colour, (label, points) in zip(COLOURS, _curves(data, name).items(), strict=False):
+            throws = sorted(points)
+            values = [factor * np.array(points[count]) for count in throws]
+            means, style = [v.mean() for v in values], "-" if label in first else "--"
+            axes.plot(throws, means, style, marker="o", markersize=3, color=colour, label=label)
+            axes.fill_between(throws, [v.min() for v in values], [v.max() for v in values], color=colour, alpha=0.1)
+        fixed = [row for row in data["rows"] if row["part"] == FIXED]
+        for dash, row in zip(STYLES, fixed, strict=False):
+            axes.axhline(factor * row[name], color="black", linestyle=dash, linewidth=1.0, label=row["controller"])
+        axes.set_xscale("log")
+    dress(error, "", "landing error [mm]")
+    error.set_yscale("log")
+    error.set_yticks(ERROR_TICKS, [str(tick) for tick in ERROR_TICKS])
+    error.minorticks_off()
+    dress(pace, "throws learned from", "sorted per minute")
+    figure.legend(*pace.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
+    return {"curves.svg": svg(figure), "curves_profiles.svg": svg(profiles_figure(data))}
 
 
 def mismatch_figures(data: Data) -> dict[str, str]:
     """SVG texts by file name."""
-    return {"mismatch.svg": svg(mismatch_figure(data))}
+    figure, panels = subplots(2, 1, (WIDTH, 7.4), sharex=True)
+    learner = ""
+    for axes, (name, factor, text) in zip(panels, GAINS, strict=True):
+        for colour, effect in zip(COLOURS, list(dict.fromkeys(row["effect"] for row in data["rows"])), strict=False):
+            learner, rows = list(_by_learner(data, effect).items())[-1]
+            gains = [sorted(factor * row[name][end] for end in ("low", "value", "high")) for row in rows]
+            dial = [row["mismatch"] for row in rows]
+            axes.plot(dial, [gain for _, gain, _ in gains], marker="o", markersize=3, color=colour, label=effect)
+            axes.fill_between(dial, [low for low, _, _ in gains], [high for *_, high in gains], color=colour, alpha=0.1)
+        axes.axhline(0.0, color="black", linewidth=0.8)
+        dress(axes, "", text)
+    panels[0].set_title(f"gain of {learner} over the planner", fontsize=10)
+    panels[1].set_xlabel("mismatch")
+    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
+    return {"mismatch.svg": svg(figure)}
 
 
 class Point(NamedTuple):
@@ -61,7 +94,7 @@ class Point(NamedTuple):
 
 def curves_values(results: Data) -> dict[str, Any]:
     """The nearest learner after few throws, the first near the floor, and a learner without a planner at its end."""
-    data = _study_rows(results["curves"], "controller", "throws", "landing_error_mean_m")
+    data = _read(results["curves"], "controller", "throws", "landing_error_mean_m")
     fixed = {row["controller"]: row["landing_error_mean_m"] for row in data["rows"] if row["part"] == FIXED}
     if not {"analytic", "floor"} <= set(fixed):
         raise NoFigure("no planner and no floor")
@@ -84,8 +117,12 @@ def curves_values(results: Data) -> dict[str, Any]:
 
 def mismatch_values(results: Data) -> dict[str, Any]:
     """From which mismatch learning sorts more, for each effect, and the best learner with all of them."""
-    data = _study_rows(results["mismatch"], "effect", "mismatch", "landing_error_m", "sorted_per_min")
-    pays = {effect: _soonest(data, effect) for effect in _effects(data)}
+    data = _read(results["mismatch"], "effect", "mismatch", "landing_error_m", "sorted_per_min")
+    # The smallest mismatch from which a learner sorts more per minute than the planner, by effect.
+    pays: dict[str, float | None] = {}
+    for effect in dict.fromkeys(row["effect"] for row in data["rows"]):
+        starts = [_limit(rows, "sorted_per_min", 1.0) for rows in _by_learner(data, effect).values()]
+        pays[effect] = min((start for start in starts if start is not None), default=None)
     known = sorted((start, effect) for effect, start in pays.items() if start is not None)
     if TOGETHER not in pays or not known:
         raise NoFigure("no effect with a gain")
@@ -93,13 +130,7 @@ def mismatch_values(results: Data) -> dict[str, Any]:
     return {"least": known[0], "most": known[-1], "row": min(ends, key=itemgetter("learned_m"))}
 
 
-def _soonest(data: Data, effect: str) -> float | None:
-    """The smallest mismatch from which a learner sorts more per minute than the planner."""
-    starts = [_crossover(rows, "sorted_per_min", 1.0) for rows in _by_learner(data, effect).values()]
-    return min((start for start in starts if start is not None), default=None)
-
-
-def _study_rows(data: Data, *names: str) -> Data:
+def _read(data: Data, *names: str) -> Data:
     """A study whose rows have figures of these names.
 
     Raises:
@@ -111,34 +142,12 @@ def _study_rows(data: Data, *names: str) -> Data:
     return data
 
 
-def curves_figure(data: Data) -> Figure:
-    """Landing error and sorted per minute over throws: mean, smallest and largest of the seeds."""
-    figure, (error, pace) = subplots(2, 1, (WIDTH, 8.6), sharex=True)
-    first = list(_curves(data, "sorted_per_min"))[:DISTINCT]
-    for axes, name, factor in ((error, "landing_error_mean_m", 1000.0), (pace, "sorted_per_min", 1.0)):
-        for colour, (label, points) in zip(COLOURS, _curves(data, name).items(), strict=False):
-            throws = sorted(points)
-            values = [factor * np.array(points[count]) for count in throws]
-            means, style = [v.mean() for v in values], "-" if label in first else "--"
-            axes.plot(throws, means, style, marker="o", markersize=3, color=colour, label=label)
-            axes.fill_between(throws, [v.min() for v in values], [v.max() for v in values], color=colour, alpha=0.1)
-        _fixed_lines(data, axes, name, factor)
-        axes.set_xscale("log")
-    dress(error, "", "landing error [mm]")
-    error.set_yscale("log")
-    error.set_yticks(ERROR_TICKS, [str(tick) for tick in ERROR_TICKS])
-    error.minorticks_off()
-    dress(pace, "throws learned from", "sorted per minute")
-    figure.legend(*pace.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
-    return figure
-
-
 def profiles_figure(data: Data) -> Figure:
     """Share of the runs below each landing error, after the most throws that all learners have."""
-    last, scores = _last_scores(data)
+    last, scores = _scores(data)
     figure, (axes,) = subplots(1, 1, (WIDTH, 4.4))
     for k, (colour, (label, errors)) in enumerate(zip(COLOURS, scores.items(), strict=False)):
-        below, style = performance_profile(errors, BOUNDS.tolist()), "-" if k < DISTINCT else "--"
+        below, style = profiles.profile(errors, BOUNDS.tolist()), "-" if k < DISTINCT else "--"
         axes.step(1000.0 * BOUNDS, below, style, color=colour, label=label)
     dress(axes, "landing error [mm]", "share of runs below", f"after {last:,} throws")
     figure.legend(fontsize=8, loc="outside lower center", ncols=4)
@@ -147,11 +156,11 @@ def profiles_figure(data: Data) -> Figure:
 
 def improvement_grid(data: Data) -> Grid:
     """Probability that a run of each learner errs less than a run of the reference, after the most throws of all."""
-    last, scores = _last_scores(data)
+    last, scores = _scores(data)
     rows: list[list[str]] = []
     for label, errors in scores.items():
         if label != REFERENCE and REFERENCE in scores:
-            text = improvement_text(errors, scores[REFERENCE])
+            text = profiles.text(errors, scores[REFERENCE])
             rows.append([label, str(len(errors)), f"{1000 * np.mean(errors):.1f} mm", text])
     note = (
         f"After about {last:,} throws of learning. *Probability of improvement*: that a run errs less than a run of "
@@ -161,33 +170,14 @@ def improvement_grid(data: Data) -> Grid:
     return Grid(f"Runs compared with {REFERENCE}", header, rows, note)
 
 
-def mismatch_figure(data: Data) -> Figure:
-    """Gains of the last learner over the mismatch, a line for each effect: in landing error, and in sorted objects."""
-    figure, panels = subplots(2, 1, (WIDTH, 7.4), sharex=True)
-    learner = ""
-    for axes, (name, factor, text) in zip(panels, GAINS, strict=True):
-        for colour, effect in zip(COLOURS, _effects(data), strict=False):
-            learner, rows = list(_by_learner(data, effect).items())[-1]
-            gains = [sorted(factor * row[name][end] for end in ("low", "value", "high")) for row in rows]
-            dial = [row["mismatch"] for row in rows]
-            axes.plot(dial, [gain for _, gain, _ in gains], marker="o", markersize=3, color=colour, label=effect)
-            axes.fill_between(dial, [low for low, _, _ in gains], [high for *_, high in gains], color=colour, alpha=0.1)
-        axes.axhline(0.0, color="black", linewidth=0.8)
-        dress(axes, "", text)
-    panels[0].set_title(f"gain of {learner} over the planner", fontsize=10)
-    panels[1].set_xlabel("mismatch")
-    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
-    return figure
-
-
 def crossover_grid(data: Data) -> Grid:
     """The mismatch from which learning pays, by effect and learner: the smallest from which all gains are clear."""
     rows: list[list[str]] = []
-    for effect in _effects(data):
+    for effect in list(dict.fromkeys(row["effect"] for row in data["rows"])):
         for label, measured in _by_learner(data, effect).items():
             largest = measured[-1]["landing_error_m"]
             gain = f"{-1000 * largest['value']:.1f} mm ({-1000 * largest['high']:.1f}..{-1000 * largest['low']:.1f})"
-            starts = _crossover(measured, "landing_error_m", -1.0), _crossover(measured, "sorted_per_min", 1.0)
+            starts = _limit(measured, "landing_error_m", -1.0), _limit(measured, "sorted_per_min", 1.0)
             rows.append([effect, label, *("-" if start is None else f"{start:g}" for start in starts), gain])
     header = ("effect", "learner", "errs less from", "sorts more from", "gain at the largest mismatch")
     note = (
@@ -198,7 +188,7 @@ def crossover_grid(data: Data) -> Grid:
     return Grid("Where learning begins to pay", header, rows, note)
 
 
-def _crossover(rows: Sequence[Data], name: str, sign: float) -> float | None:
+def _limit(rows: Sequence[Data], name: str, sign: float) -> float | None:
     """The smallest mismatch from which on a figure is clearly above the planner's, or below for a sign of -1."""
     start: float | None = None
     for row in reversed(rows):
@@ -206,10 +196,6 @@ def _crossover(rows: Sequence[Data], name: str, sign: float) -> float | None:
             break
         start = row["mismatch"]
     return start
-
-
-def _effects(data: Data) -> list[str]:
-    return list(dict.fromkeys(row["effect"] for row in data["rows"]))
 
 
 def _by_learner(data: Data, effect: str) -> dict[str, list[Data]]:
@@ -227,14 +213,8 @@ def _curves(data: Data, name: str) -> dict[str, dict[int, list[float]]]:
     return curves
 
 
-def _last_scores(data: Data) -> tuple[int, dict[str, list[float]]]:
+def _scores(data: Data) -> tuple[int, dict[str, list[float]]]:
     """The most throws that all learners have, about, and the landing errors of the runs of each learner."""
     curves = _curves(data, "landing_error_mean_m")
     last = {label: max(points) for label, points in curves.items()}
     return min(last.values()), {label: points[last[label]] for label, points in curves.items()}
-
-
-def _fixed_lines(data: Data, axes: Axes, name: str, factor: float) -> None:
-    fixed = [row for row in data["rows"] if row["part"] == FIXED]
-    for style, row in zip(STYLES, fixed, strict=False):
-        axes.axhline(factor * row[name], color="black", linestyle=style, linewidth=1.0, label=row["controller"])

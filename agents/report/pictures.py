@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
 
-from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg, tile_panels
+from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg, tile_panels
 from ..reproduce.record import AGREES
 from ..results.study import shipped_study
+from . import headline
 from .answers import LOSSES, verdict_counts
 from .figures import over_the_shift
-from .headline import headline_rows
 from .tables import first_level, name_of
 
 Data = Mapping[str, Any]
@@ -33,7 +33,7 @@ IN_A_ROW: Final = 2
 
 def losses(results: Results) -> Figure:
     """Where the picks of the short table's controllers end on the first level of the benchmark, as stacked bars."""
-    level, rows = headline_rows(results["benchmark"])
+    level, rows = headline._rows(results["benchmark"])
     shares = {"sorted": "share_sorted", **{text: name for name, text in LOSSES.items()}}
     bars = {text: [100.0 * (row.get(name) or 0.0) for row in rows] for text, name in shares.items()}
     return _stacked([name_of(row) for row in rows], bars, "share of all picks [%]", f"level {level}")
@@ -178,12 +178,12 @@ def _stacked(names: list[str], bars: Mapping[str, list[float]], across: str, tit
     return figure
 
 
-def methods_figures(data: Data) -> dict[str, str]:
+def figures(data: Data) -> dict[str, str]:
     """SVG texts by file name."""
-    return {"methods.svg": svg(methods_figure(data))}
+    return {"methods.svg": svg(figure(data))}
 
 
-def methods_figure(data: Data) -> Figure:
+def figure(data: Data) -> Figure:
     """Sorted per minute by each method: over the limits in each level, and over each sweep."""
     panels: dict[str, list[Data]] = {}
     for row in (row for row in data["rows"] if METHOD in row):
@@ -191,16 +191,12 @@ def methods_figure(data: Data) -> Figure:
     figure, axes = tile_panels(len(panels), IN_A_ROW, (3.2, 2.7), sharey=True)
     for panel, (title, rows) in zip(axes, panels.items(), strict=True):
         name = next(name for name in ACROSS if name in rows[0])
-        _method_lines(panel, rows, name)
+        # A line for each method, with gaps where it cannot be used.
+        methods = shipped_study("methods").names[METHOD]
+        for (method, label), colour in zip(methods.items(), COLOURS, strict=False):
+            points = [(row[name], row.get("sorted_per_min", float("nan"))) for row in rows if row[METHOD] == method]
+            panel.plot(*zip(*points, strict=True), marker="o", markersize=4, color=colour, label=label)
         dress(panel, ACROSS[name], "sorted per minute" if panel in axes[::IN_A_ROW] else "", title)
     axes[0].set_ylim(bottom=0.0)
     figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
     return figure
-
-
-def _method_lines(axes: Axes, rows: Sequence[Data], name: str) -> None:
-    """A line for each method, with gaps where it cannot be used."""
-    methods = shipped_study("methods").names[METHOD]
-    for (method, label), colour in zip(methods.items(), COLOURS, strict=False):
-        points = [(row[name], row.get("sorted_per_min", float("nan"))) for row in rows if row[METHOD] == method]
-        axes.plot(*zip(*points, strict=True), marker="o", markersize=4, color=colour, label=label)

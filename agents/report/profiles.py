@@ -34,29 +34,31 @@ def probability_of_improvement(scores: ArrayLike, others: ArrayLike) -> float:
     return float(_improvement(_by_level(scores), _by_level(others)))
 
 
-def improvement_interval(scores: ArrayLike, others: ArrayLike, seed: int = 0) -> Interval:
+def interval(scores: ArrayLike, others: ArrayLike, seed: int = 0) -> Interval:
     """The probability of improvement with a 95 % interval."""
     random, first, second = np.random.default_rng(seed), _by_level(scores), _by_level(others)
-    drawn = _improvement(_resampled(random, first), _resampled(random, second))
+    drawn = _improvement(_sample(random, first), _sample(random, second))
     low, high = np.percentile(drawn, ENDS)
     return Interval(probability_of_improvement(scores, others), float(low), float(high))
 
 
-def improvement_text(scores: ArrayLike, others: ArrayLike) -> str:
+def text(scores: ArrayLike, others: ArrayLike) -> str:
     """The probability of improvement with its interval, in whole percent."""
-    interval = improvement_interval(scores, others)
-    return f"{100 * interval.value:.0f} % ({100 * interval.low:.0f}..{100 * interval.high:.0f})"
+    part = interval(scores, others)
+    return f"{100 * part.value:.0f} % ({100 * part.low:.0f}..{100 * part.high:.0f})"
 
 
-def performance_profile(scores: ArrayLike, bounds: ArrayLike) -> Floats:
+def profile(scores: ArrayLike, bounds: ArrayLike) -> Floats:
     """Share of the runs, on all levels, whose score is below each bound (B,)."""
-    return _share_below(_by_level(scores), np.asarray(bounds, dtype=np.float64))
+    return (_by_level(scores)[..., None] < np.asarray(bounds, dtype=np.float64)).mean(axis=(-3, -2))
 
 
 def profile_band(scores: ArrayLike, bounds: ArrayLike, seed: int = 0) -> tuple[Floats, Floats]:
     """Ends (B,) of the 95 % intervals of a performance profile, at each bound by itself."""
-    resampled = _resampled(np.random.default_rng(seed), _by_level(scores))
-    low, high = np.percentile(_share_below(resampled, np.asarray(bounds, dtype=np.float64)), ENDS, axis=0)
+    resampled = _sample(np.random.default_rng(seed), _by_level(scores))
+    low, high = np.percentile(
+        (resampled[..., None] < np.asarray(bounds, dtype=np.float64)).mean(axis=(-3, -2)), ENDS, axis=0
+    )
     return low, high
 
 
@@ -72,12 +74,7 @@ def _improvement(scores: Floats, others: Floats) -> Floats:
     return ((first < second) + 0.5 * (first == second)).mean(axis=(-3, -2, -1))
 
 
-def _share_below(scores: Floats, bounds: Floats) -> Floats:
-    """Shares (..., B) of the scores (..., R, T) below bounds (B,)."""
-    return (scores[..., None] < bounds).mean(axis=(-3, -2))
-
-
-def _resampled(random: np.random.Generator, scores: Floats) -> Floats:
+def _sample(random: np.random.Generator, scores: Floats) -> Floats:
     """Runs drawn with replacement, on each level by themselves (DRAWS, R, T)."""
     rows = random.integers(len(scores), size=(DRAWS, *scores.shape))
     return scores[rows, np.arange(scores.shape[1])]
@@ -90,25 +87,25 @@ FEWEST: Final = 3
 """Runs that a learner must have for its intervals to say anything."""
 
 
-def run_errors(data: Data) -> dict[str, Floats]:
+def errors(data: Data) -> dict[str, Floats]:
     """Mean landing errors of runs by levels (R, T) [m], by learner, each after the most throws that it learned from."""
     return _scores(data, lambda result: float(np.nanmean(kept_rows(result["columns"])["error_m"])))
 
 
-def run_failures(data: Data) -> dict[str, Floats]:
-    """Shares of the throws that failed, of runs by levels (R, T), by learner, as `run_errors`."""
+def failures(data: Data) -> dict[str, Floats]:
+    """Shares of the throws that failed, of runs by levels (R, T), by learner, as `errors`."""
     return _scores(data, lambda result: 1.0 - float(kept_rows(result["columns"])["success"].mean()))
 
 
 def profiles_figure(data: Data) -> Figure:
     """Share of the runs that err less, and that fail less, than each bound, with 95 % intervals."""
     figure, panels = subplots(2, 1, (WIDTH, 6.4))
-    shown = ((run_errors(data), 1000.0, "landing error [mm]"), (run_failures(data), 100.0, "throws that fail [%]"))
+    shown = ((errors(data), 1000.0, "landing error [mm]"), (failures(data), 100.0, "throws that fail [%]"))
     for axes, (scores, factor, text) in zip(panels, shown, strict=True):
         every = np.concatenate([runs.ravel() for runs in scores.values()])
         bounds = np.linspace(0.95 * every.min(), 1.05 * every.max(), POINTS)
         for colour, (name, runs) in zip(COLOURS, scores.items(), strict=False):
-            axes.plot(factor * bounds, 100.0 * performance_profile(runs, bounds), color=colour, label=name)
+            axes.plot(factor * bounds, 100.0 * profile(runs, bounds), color=colour, label=name)
             low, high = profile_band(runs, bounds)
             axes.fill_between(factor * bounds, 100.0 * low, 100.0 * high, color=colour, alpha=0.2)
         dress(axes, text, "runs below [%]")
@@ -117,15 +114,15 @@ def profiles_figure(data: Data) -> Figure:
     return figure
 
 
-def improvement_grids(data: Data) -> list[Grid]:
+def grids(data: Data) -> list[Grid]:
     """Probability that a run of each learner is better than a run of each other one; none without two learners."""
-    shown = (("errs", run_errors(data)), ("fails", run_failures(data)))
+    shown = (("errs", errors(data)), ("fails", failures(data)))
     return [_grid(data, verb, scores) for verb, scores in shown if len(scores) > 1]
 
 
 def _grid(data: Data, verb: str, scores: Mapping[str, Floats]) -> Grid:
     rows = [
-        [name, *("-" if name == other else improvement_text(runs, scores[other]) for other in scores)]
+        [name, *("-" if name == other else text(runs, scores[other]) for other in scores)]
         for name, runs in scores.items()
     ]
     levels, runs = data["plan"]["levels"], next(iter(scores.values()))

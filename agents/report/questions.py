@@ -8,9 +8,8 @@ from typing import Any, Final, NamedTuple, final
 
 from ..ground.drawings import Figure
 from ..ground.files import check_form, read_yaml
-from . import answers, pays, pictures
-from .contents import read_results
-from .templates import NoFigure, fill_template
+from . import answers, contents, pays, pictures, templates
+from .templates import NoFigure
 
 Results = Mapping[str, Any]
 """Contents of files of results by name, without ".json"."""
@@ -76,7 +75,7 @@ class Question(NamedTuple):
         files = {name: folder / f"{name}.json" for name in self.sources}
         if not all(path.is_file() for path in files.values()):
             return None
-        return {name: read_results(path) for name, path in files.items()}
+        return {name: contents.read(path) for name, path in files.items()}
 
     def answered(self, folder: Path) -> str | None:
         """The answer from the results in a folder; None where a source is missing, or of another plan."""
@@ -91,14 +90,14 @@ class Question(NamedTuple):
         """
         with check_form(folder / f"{self.sources[0]}.json"):
             try:
-                return fill_template(self.answer, {**answers.WORDS, **VALUES[self.name](results)})
+                return templates.fill(self.answer, {**answers.WORDS, **VALUES[self.name](results)})
             except NoFigure:
                 return None
 
 
-def _read_questions() -> tuple[Question, ...]:
+def _read() -> tuple[Question, ...]:
     entries = read_yaml(Path(__file__).with_name("questions.yaml"), "questions")
     return tuple(Question(name, **entry) for name, entry in entries.items())
 
 
-QUESTIONS: Final = _read_questions()
+QUESTIONS: Final = _read()

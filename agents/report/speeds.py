@@ -35,11 +35,6 @@ def _planner(data: Data) -> Rows:
     return [*rows, *({"planner": f"{name}, no ceiling", names[0]: data[key]} for name, key in methods.items())]
 
 
-def _environments(data: Data) -> Rows:
-    """Throws per second of the vector environments against bare physics and against single environments."""
-    return [{"env": env, **row} for env, figures in data["envs"].items() for row in figures["vector"]]
-
-
 def _goals(data: Data) -> Rows:
     """What the speeds should be, and what they are."""
     conveyor, line = (
@@ -70,7 +65,10 @@ def _shares(data: Data) -> Rows:
 
 ROWS: Final[Mapping[str, Callable[[Data], Rows]]] = {
     "planner": _planner,
-    "environments": _environments,
+    # Throws per second of the vector environments against bare physics and against single environments.
+    "environments": lambda data: [
+        {"env": env, **row} for env, figures in data["envs"].items() for row in figures["vector"]
+    ],
     "speed-goals": _goals,
     "shares": _shares,
     "training-shares": lambda data: [{"part": part, "share": share} for part, share in data["parts"].items()],
@@ -80,17 +78,17 @@ ROWS: Final[Mapping[str, Callable[[Data], Rows]]] = {
 """By the name of a table, the function that makes its rows from a file."""
 
 
-def speed_grid(name: str, data: Data) -> Grid:
+def grid(name: str, data: Data) -> Grid:
     """A table of speeds by its name."""
     return make_grid(TABLES[name], ROWS[name](data), data)
 
 
 KNOWN: Final = (
-    ({"plan_release_us", "batch_plans_per_s"}, partial(speed_grid, "planner")),
-    ({"envs", "cpus"}, partial(speed_grid, "environments")),
-    ({"steps", "cpus"}, partial(speed_grid, "shares")),
-    ({"parts", "throws"}, partial(speed_grid, "training-shares")),
-    ({"training", "steps"}, partial(speed_grid, "training-before")),
-    ({"training", "steps"}, partial(speed_grid, "steps-before")),
+    ({"plan_release_us", "batch_plans_per_s"}, partial(grid, "planner")),
+    ({"envs", "cpus"}, partial(grid, "environments")),
+    ({"steps", "cpus"}, partial(grid, "shares")),
+    ({"parts", "throws"}, partial(grid, "training-shares")),
+    ({"training", "steps"}, partial(grid, "training-before")),
+    ({"training", "steps"}, partial(grid, "steps-before")),
 )
 """By what the files that `make perf` writes are known, and their tables."""

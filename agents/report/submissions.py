@@ -8,14 +8,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
-
 from ..ground import metrics
 from ..ground.files import check_form
 from ..ground.tables import Grid, millimetres, percent
 from ..judging.throw_record import ThrowRecord
-from ..results.compare import read_submission
-from .contents import read_results
+from ..results import compare
+from . import contents
 
 Data = Mapping[str, Any]
 BLOCK: Final = "submissions"
@@ -41,21 +39,21 @@ HEADER: Final = (
 )
 
 
-def submissions_grid(results: Path) -> Grid:
+def grid(results: Path) -> Grid:
     """The table of all submissions in a folder of results; without rows where there are none."""
     files = sorted((results / FOLDER).glob("*.json"))
     if not files or not (results / "benchmark.json").is_file():
         return Grid(TITLE, HEADER, [])
-    benchmark = read_results(results / "benchmark.json")
+    benchmark = contents.read(results / "benchmark.json")
     lines: list[list[str]] = []
     with check_form(results / "benchmark.json"):
-        shown = list(_last_rows(benchmark, OURS))
+        shown = list(_rows(benchmark, OURS))
         references = {level: _results(benchmark, row) for level, row in shown if row["label"] == REFERENCE}
         ours = [[level, *_line(row, PROJECT, benchmark, references[level])] for level, row in shown]
     for file in files:
-        submission = read_submission(file).data
+        submission = compare.read(file).data
         with check_form(file):
-            for level, row in _last_rows(submission, [file.stem]):
+            for level, row in _rows(submission, [file.stem]):
                 lines.append([level, *_line(row, submission["by"], submission, references[level])])
     levels = benchmark["plan"]["levels"]
     rows = sorted([*ours, *lines], key=lambda line: levels.index(line[0]))
@@ -67,15 +65,12 @@ def submissions_grid(results: Path) -> Grid:
     return Grid(TITLE, HEADER, rows, note)
 
 
-def _last_rows(data: Data, labels: Sequence[str]) -> Iterator[tuple[str, Data]]:
+def _rows(data: Data, labels: Sequence[str]) -> Iterator[tuple[str, Data]]:
     """Level and row of each label, after the most throws that it learned from."""
     for level in data["plan"]["levels"]:
-        last = {row["label"]: row for row in sorted(data["table"], key=_throws) if row["level"] == level}
+        ordered = sorted(data["table"], key=lambda row: row["throws"])
+        last = {row["label"]: row for row in ordered if row["level"] == level}
         yield from ((level, last[label]) for label in labels if label in last)
-
-
-def _throws(row: Data) -> int:
-    return int(row["throws"])
 
 
 def _results(data: Data, row: Data) -> list[Data]:
@@ -107,12 +102,7 @@ def _differences(results: Sequence[Data], reference: Sequence[Data], num_envs: i
     mine, theirs = (ThrowRecord.paired_columns(side, sides, num_envs) for side in sides)
     texts: list[str] = []
     for name, figure in ThrowRecord.figures.items():
-        left, right = _means(mine[name]), _means(theirs[name])
-        difference = metrics.mean_difference if len(left) == 1 else metrics.rate_difference
+        left, right = ([np.mean(column, axis=0) for column in side[name]] for side in (mine, theirs))
+        difference = metrics.difference if len(left) == 1 else metrics.rate_difference
         texts.append(figure.interval(difference(*left, *right)))
     return texts
-
-
-def _means(columns: Sequence[Floats]) -> list[Floats]:
-    """Columns (S, N) averaged over the seeds (N,)."""
-    return [np.mean(column, axis=0) for column in columns]

@@ -30,7 +30,7 @@ def kind_table(data: Data, level: str) -> Grid:
     return _table(f"Held, lost and sorted by kind, level {level}", data, level, _shares, note)
 
 
-def landing_table(data: Data, level: str) -> Grid:
+def landings(data: Data, level: str) -> Grid:
     """Landing errors by kind; no rows where nothing is grasped."""
     note = (
         "Three figures of the kind's thrown objects in each cell, in mm: mean landing error / median landing error / "
@@ -96,26 +96,32 @@ SHARES = {"recovery": "recovery", "purity": "purity", "pick_rate": "picks that s
 """Shares by which a sorter is judged, where its cell tells them."""
 
 
-def benchmark_grids(data: Data) -> list[Grid]:
+def grids(data: Data) -> list[Grid]:
     """Every table of a benchmark."""
     columns = {name: show for name, show in FIGURES.items() if name != "x floor"}
-    grids = [benchmark_table(data), *other_level_tables(data, columns)]
+    grids = [table(data), *other_level_tables(data, columns)]
     grids += [shift_table(data)] if is_of_shifts(data) else []
     for level in data["plan"]["levels"]:
         grids += [
-            comparison_table(data, level, ThrowRecord.figures),
-            failure_table(data, level),
+            comparison(data, level, ThrowRecord.figures),
+            failures(data, level),
             sorting_table(data, level),
             kind_table(data, level),
-            landing_table(data, level),
+            landings(data, level),
         ]
     return [grid for grid in grids if grid.rows]
 
 
-def benchmark_table(data: Data) -> Grid:
+def table(data: Data) -> Grid:
     """Every controller on the levels of the plan, side by side."""
     levels = data["plan"]["levels"]
-    return side_by_side("Every controller on the same held-out throws", data, levels, FIGURES, _conditions(data))
+    meaning = "errors are of thrown objects; success is a share of all picks, failed picks and dropped objects included"
+    if any(row.get("times_floor") is not None for row in data["table"]):
+        meaning += "; *x floor* is the error divided by that of a large network trained on very many throws"
+    other_counts = ", ".join(f"{count} on {level}" for level, count in data["plan"].get("picks_on", {}).items())
+    count = f"{data['plan']['picks']} held-out throws" + (f" ({other_counts})" if other_counts else "")
+    note = conditions(data, count, meaning)
+    return side_by_side("Every controller on the same held-out throws", data, levels, FIGURES, note)
 
 
 def is_of_shifts(data: Data) -> bool:
@@ -143,7 +149,7 @@ def shift_table(data: Data) -> Grid:
             who(row)[1],
             str(row["shifts"]),
             *(f"{1000 * row[f'landing_error_{part}_m']:.1f} mm" for part in parts),
-            _over(row, static),
+            _share(row, static),
             percent(row["landing_near_share"]),
         ]
         for row in sorted(data["table"], key=lambda row: row["level"])
@@ -157,27 +163,17 @@ def shift_table(data: Data) -> Grid:
     return Grid("What adapting is worth", header, rows, note)
 
 
-def _over(row: Data, static: Mapping[tuple[str, int], Data]) -> str:
+def _share(row: Data, static: Mapping[tuple[str, int], Data]) -> str:
     """A row's error over that of the static policy of its level, and of its throws if there is one."""
     like = [static_row for (level, _), static_row in static.items() if level == row["level"]]
     base = static.get((row["level"], row["throws"]), like[0] if like else None)
     return "-" if base is None else f"{row['landing_error_mean_m'] / base['landing_error_mean_m']:.2f}"
 
 
-def _conditions(data: Data) -> str:
-    meaning = "errors are of thrown objects; success is a share of all picks, failed picks and dropped objects included"
-    if any(row.get("times_floor") is not None for row in data["table"]):
-        meaning += "; *x floor* is the error divided by that of a large network trained on very many throws"
-    other_counts = ", ".join(f"{count} on {level}" for level, count in data["plan"].get("picks_on", {}).items())
-    return conditions(
-        data, f"{data['plan']['picks']} held-out throws" + (f" ({other_counts})" if other_counts else ""), meaning
-    )
-
-
 def conditions(data: Data, count: str, meaning: str) -> str:
     """Count, seeds and versions behind the tables, and what else is to be said of them."""
     plan = data["plan"]
-    where = "the level itself" if plan["train_level"] == "each" else f"{plan['train_level']}{_other_train_levels(data)}"
+    where = "the level itself" if plan["train_level"] == "each" else f"{plan['train_level']}{_text(data)}"
     return (
         f"{count} per seed and level on {plan['env']}, {_seeds(plan['seeds'])} of the learning, learned on {where}; "
         f"{meaning}. Versions: "
@@ -193,7 +189,7 @@ def _seeds(seeds: Sequence[int]) -> str:
     return f"seed{'s' * (len(seeds) > 1)} {', '.join(map(str, seeds))}"
 
 
-def _other_train_levels(data: Data) -> str:
+def _text(data: Data) -> str:
     """Controllers that learned on another level than most, with that level, in brackets."""
     labels_by_level: dict[str, dict[str, None]] = {}
     for row in data["table"]:
@@ -211,7 +207,7 @@ def other_level_tables(
     return [side_by_side(f"Further level {level}", data, [level], columns, "", who) for level in others]
 
 
-def failure_table(data: Data, level: str) -> Grid:
+def failures(data: Data, level: str) -> Grid:
     """What stood between an object and its bin, of what happened on this level."""
     level_rows = rows_of(data, [level])
     shares = {name: text for name, text in FAILED.items() if name in USUAL or any(row.get(name) for row in level_rows)}
@@ -252,7 +248,7 @@ def _count(throws: int) -> str:
     return f"{throws:,}" if throws else "-"
 
 
-def comparison_table(data: Data, level: str, figures: Mapping[str, Figure]) -> Grid:
+def comparison(data: Data, level: str, figures: Mapping[str, Figure]) -> Grid:
     """Learned less reference with 95 % intervals, paired throw by throw or shift by shift.
 
     Args:
@@ -326,14 +322,9 @@ def side_by_side(
     return Grid(headline, [header[k] for k in kept], [[row[k] for k in kept] for row in rows], note)
 
 
-def _times(row: Data) -> str:
-    floor = row.get("times_floor")
-    return "-" if floor is None else f"{floor:.2f}"
-
-
 FIGURES: Final[Mapping[str, Callable[[Data], str]]] = {
     "error": lambda row: f"{1000 * row['landing_error_mean_m']:.1f} mm",
-    "x floor": _times,
+    "x floor": lambda row: "-" if row.get("times_floor") is None else f"{row['times_floor']:.2f}",
     "under 30 mm": lambda row: percent(row["landing_near_share"]),
     "success": lambda row: f"{100 * row['success_rate']:.1f} %",
     "sorted/min": lambda row: f"{row['sorted_per_min']:.1f}",

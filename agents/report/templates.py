@@ -30,7 +30,7 @@ def environment() -> Any:
     return made
 
 
-def fill_template(template: str, values: Mapping[str, Any]) -> str:
+def fill(template: str, values: Mapping[str, Any]) -> str:
     """A template with values in it.
 
     Raises:
@@ -44,7 +44,7 @@ def fill_template(template: str, values: Mapping[str, Any]) -> str:
         raise NoFigure(str(error)) from None
 
 
-def cell_text(expression: str, values: Mapping[str, Any]) -> str:
+def text(expression: str, values: Mapping[str, Any]) -> str:
     """What an expression comes to, as text; a dash where a figure is missing."""
     from jinja2 import UndefinedError  # noqa: PLC0415 - needed for reports only
 
@@ -96,17 +96,18 @@ Data = Mapping[str, Any]
 Names = Mapping[str, Mapping[Any, str]]
 
 
-def study_grids(data: Data) -> list[Grid]:
+def grids(data: Data) -> list[Grid]:
     """Every table of a study."""
     plan = shipped_study(data["study"])
-    return [study_grid(plan, table, data) for table in plan.tables]
+    return [grid(plan, table, data) for table in plan.tables]
 
 
-def study_grid(plan: StudyPlan, table: Table, data: Data) -> Grid:
+def grid(plan: StudyPlan, table: Table, data: Data) -> Grid:
     """A table of a study; its note tells of its first part."""
     part = plan.parts[table.parts[0] if table.parts else next(iter(plan.parts))]
     values = {**data, "throws": part.count(data["throws"]), "settings": part.settings}
-    rows = [row for row in data["rows"] if _is_shown(row, table)]
+    of_parts = [row for row in data["rows"] if not table.parts or row["part"] in table.parts]
+    rows = [row for row in of_parts if all(row.get(axis) in values for axis, values in table.where.items())]
     return make_grid(table, rows, values, plan.names)
 
 
@@ -119,18 +120,21 @@ def make_grid(table: Table, rows: Sequence[Data], values: Data, names: Names = M
         values: what the note tells.
         names: what cells and columns call values, by axis.
     """
-    note = fill_template(table.note, values)
+    note = fill(table.note, values)
     if not table.columns:
         texts = [*table.index.values(), *table.figures.values()]
         lines = [[_text(text, row, names) for text in texts] for row in rows]
         return Grid(table.title, [*table.index, *table.figures], lines, note)
-    header = dict.fromkeys(_heading(table.columns, row, names) for row in _in_order(rows, table.columns))
+    # Rows by their value of an axis if all values are numbers, or as they are.
+    has_words = any(isinstance(row[table.columns], str) for row in rows)
+    ordered = rows if has_words else sorted(rows, key=lambda row: row[table.columns])
+    header = dict.fromkeys(_name(table.columns, row, names) for row in ordered)
     meeting: dict[tuple[str, ...], dict[str, list[Data]]] = {}
     for row in rows:
         line = meeting.setdefault(tuple(_text(text, row, names) for text in table.index.values()), {})
-        line.setdefault(_heading(table.columns, row, names), []).append(row)
+        line.setdefault(_name(table.columns, row, names), []).append(row)
     lines = [
-        [*index, *(_text(table.figure, _pooled(line[name], table), names) if name in line else NONE for name in header)]
+        [*index, *(_text(table.figure, _row(line[name], table), names) if name in line else NONE for name in header)]
         for index, line in meeting.items()
     ]
     return Grid(table.title, [*table.index, *header], lines, note)
@@ -139,21 +143,16 @@ def make_grid(table: Table, rows: Sequence[Data], values: Data, names: Names = M
 def _text(expression: str, row: Data, names: Names) -> str:
     """A cell: what an expression makes of a row, whose values may have other names."""
     named = {axis: known[row[axis]] for axis, known in names.items() if axis in row and row[axis] in known}
-    return cell_text(expression, {**row, **named, "row": row})
+    return text(expression, {**row, **named, "row": row})
 
 
-def _heading(axis: str, row: Data, names: Names) -> str:
+def _name(axis: str, row: Data, names: Names) -> str:
     """What a column of an axis is called: a name, or the value, whole numbers without a point."""
     value = row[axis]
     return names.get(axis, {}).get(value) or (f"{value:g}" if isinstance(value, float) else str(value))
 
 
-def _in_order(rows: Sequence[Data], axis: str) -> Sequence[Data]:
-    """Rows by their value of an axis if all values are numbers, or as they are."""
-    return rows if any(isinstance(row[axis], str) for row in rows) else sorted(rows, key=lambda row: row[axis])
-
-
-def _pooled(rows: Sequence[Data], table: Table) -> Data:
+def _row(rows: Sequence[Data], table: Table) -> Data:
     """The rows that meet in a cell, as one.
 
     Raises:
@@ -164,8 +163,3 @@ def _pooled(rows: Sequence[Data], table: Table) -> Data:
         met = ", ".join(map(str, sorted(values)))
         raise UsageError(f"table {table.title!r}: {table.columns} {met} meet in a cell; they need different names")
     return pool(rows)
-
-
-def _is_shown(row: Data, table: Table) -> bool:
-    of_part = not table.parts or row["part"] in table.parts
-    return of_part and all(row.get(axis) in values for axis, values in table.where.items())

@@ -16,12 +16,13 @@ from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
 from ..ground.work import Job, do_missing, processes
-from .papers import PAPERS, describe_parts, duration, jobs, needs_optima
+from . import papers
+from .papers import PAPERS, duration, jobs, needs_optima
 from .record import assemble, headlines
 
 ALL = "all"
 PARTS_HELP = "Parts to compute, with their processor time; may be given more than once. " + " ".join(
-    f"{name.capitalize()}: {describe_parts(name)}." for name in PAPERS
+    f"{name.capitalize()}: {papers.describe(name)}." for name in PAPERS
 )
 """The help of `--only`."""
 

@@ -68,14 +68,17 @@ class Row:
         *,
         within: float | None = None,
         note: str = "",
-        explained: Value = None,
         holds: bool | None = None,
         statement: str = "",
         **details: Any,
     ) -> Row:
         """A figure of the paper under its own conditions; `within` is the tolerance (see `printed` and `share`)."""
-        row = cls(quantity, published, reproduced, unit, note, within, explained=explained, holds=holds)
+        row = cls(quantity, published, reproduced, unit, note, within, holds=holds)
         return replace(row, statement=statement, details=details)
+
+    def explain(self, value: Value) -> Row:
+        """The row with the value that one slip in the paper would give."""
+        return replace(self, explained=value)
 
     @classmethod
     def ours(
@@ -136,7 +139,7 @@ KINDEST_FIRST: Final[tuple[Verdict, ...]] = ("reproduced", "misprint", "differs"
 wrong under every reading."""
 
 
-def judge_statements(rows: Iterable[Mapping[str, Any]]) -> dict[str, Verdict]:
+def judge(rows: Iterable[Mapping[str, Any]]) -> dict[str, Verdict]:
     """Verdict of each published statement, from rows as JSON; rows that are `ours` say nothing about a paper."""
     verdicts: dict[str, Verdict] = {}
     for row in rows:

@@ -48,7 +48,7 @@ class Paper(Protocol):
 PUBLISHED_RESULTS: Final = SHIPPED / "results" / "reproduction.json"
 
 
-def describe_parts(paper: str) -> str:
+def describe(paper: str) -> str:
     """Names of a paper's parts, each with the processor time that it took when the committed results were made."""
     seconds: Mapping[str, float] = read_json(PUBLISHED_RESULTS)["seconds"] if PUBLISHED_RESULTS.is_file() else {}
     known = {name: seconds.get(f"{paper}/{name}") for name in PART_NAMES[paper]}
@@ -80,7 +80,7 @@ def jobs(name: str) -> list[Job]:
     parts = package(name).PARTS
     files = ("pnt_gym/**/*.py", f"configs/cells/{PAPERS[name]}/*.yaml")
     digest = key(code=code_digest(files, [f"papers.{name}"], CODE))
-    return [Job(f"{name}/{part}", digest, partial(run_part, name, part)) for part in parts]
+    return [Job(f"{name}/{part}", digest, partial(run, name, part)) for part in parts]
 
 
 def needs_optima(planned: Sequence[Job]) -> bool:
@@ -88,7 +88,7 @@ def needs_optima(planned: Sequence[Job]) -> bool:
     return any(job.name in OPTIMA for job in planned)
 
 
-def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:
+def run(name: str, part: str, _folder: Path) -> dict[str, Any]:
     """Run a part of a paper; its findings as JSON values.
 
     Raises:

@@ -11,8 +11,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from ..ground.tables import Grid
 from ..ground.versions import versions
 from ..judging.rows import check_model
-from .finding import Overview, Verdict, agree, judge_statements
-from .grids import JUDGED, Rows, plain
+from . import finding
+from .finding import Overview, Verdict, agree
+from .grids import JUDGED, plain
 from .papers import package
 
 Record: TypeAlias = Mapping[str, Any]
@@ -27,9 +28,12 @@ def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[di
     for name, part in results.items():
         papers.setdefault(name.split("/")[0], []).append(part)
     rows = [row for part in results.values() for row in part["rows"]]
-    overviews = {paper: package(paper).overview(_by_quantity(rows, paper)) for paper in papers}
+    overviews = {
+        paper: package(paper).overview({row["quantity"]: row for row in rows if row["paper"] == paper})
+        for paper in papers
+    }
     figures = {
-        paper: {**_merge(parts, "figures"), **overviews[paper].figures} for paper, parts in papers.items()
+        paper: {**_join(parts, "figures"), **overviews[paper].figures} for paper, parts in papers.items()
     }  # fmt: skip
     record = {
         "command": command,
@@ -38,7 +42,7 @@ def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[di
         "papers": list(papers),
         "titles": {paper: package(paper).SHORT for paper in papers},
         "figures": {paper: list(drawn) for paper, drawn in figures.items()},
-        "data": {paper: _merge(parts, "data") for paper, parts in papers.items()},
+        "data": {paper: _join(parts, "data") for paper, parts in papers.items()},
         "overview": {paper: _as_json(overview) for paper, overview in overviews.items()},
         "grids": {paper: [grid for part in parts for grid in part["grids"]] for paper, parts in papers.items()},
         "rows": rows,
@@ -88,12 +92,12 @@ class RecordForm(BaseModel):
     rows: list[RowForm]
 
 
-def is_reproduction(data: Any) -> bool:
+def matches(data: Any) -> bool:
     """Whether a file of results is that of `python -m agents.reproduce`."""
     return isinstance(data, dict) and {"papers", "rows", "figures"} <= data.keys()
 
 
-def check_record(path: Path, record: Record) -> None:
+def check(path: Path, record: Record) -> None:
     """Make sure that a record has its form, and that its verdicts are those of its values.
 
     Raises:
@@ -103,15 +107,22 @@ def check_record(path: Path, record: Record) -> None:
 
 
 def headlines(record: Record) -> list[Grid]:
-    """Tables for the terminal: every table of each paper, and its numbers of verdicts."""
-    grids = [[*all_grids(record, paper), verdicts(record, paper)] for paper in record["papers"]]
-    return [grid for shown in grids for grid in shown if grid.rows]
+    """Tables for the terminal: every table of each paper, the overview's first, and its numbers of verdicts."""
+    tables = [[*all_grids(record, paper), verdicts(record, paper)] for paper in record["papers"]]
+    return [grid for shown in tables for grid in shown if grid.rows]
 
 
 def all_grids(record: Record, paper: str) -> list[Grid]:
-    """Every table of a paper: its overview, what does not agree, the tables of judged rows, and then those of ours."""
-    parts = sorted((Grid(**fields) for fields in record["grids"][paper]), key=lambda grid: JUDGED not in grid.header)
-    shown = [*overview_grids(record, paper).values(), disagreements(record, paper), *parts]
+    """Every table of a paper, the tables of its overview first, then those of judged rows, then ours."""
+    # The published statements that no reading reproduced, one row for every reading.
+    compared = _rows(record, paper)
+    verdict_by_statement = finding.judge(compared)
+    differing = [row for row in compared if verdict_by_statement[row.get("statement", row["quantity"])] != AGREES]
+    shown = [
+        *overview_grids(record, paper).values(),
+        plain(f"{record['titles'][paper]}: what does not agree", differing, drop=f"{paper}/"),
+        *sorted((Grid(**fields) for fields in record["grids"][paper]), key=lambda grid: JUDGED not in grid.header),
+    ]
     return [grid for grid in shown if grid.rows]
 
 
@@ -121,35 +132,23 @@ def overview_grids(record: Record, paper: str) -> dict[str, Grid]:
     return {name: grid for name, fields in fields_by_name.items() if (grid := Grid(**fields)).rows}
 
 
-def disagreements(record: Record, paper: str) -> Grid:
-    """Table of the published statements that no reading reproduced, one row for every reading."""
-    rows = _comparable_rows(record, paper)
-    verdict_by_statement = judge_statements(rows)
-    shown = [row for row in rows if verdict_by_statement[row.get("statement", row["quantity"])] != AGREES]
-    return plain(f"{record['titles'][paper]}: what does not agree", shown, drop=f"{paper}/")
-
-
 def verdicts(record: Record, paper: str) -> Grid:
     """Table of the number of published statements by verdict, and of the number of figures of ours."""
-    rows = _by_quantity(record["rows"], paper)
-    names = list(judge_statements(rows.values()).values())
+    rows = {row["quantity"]: row for row in record["rows"] if row["paper"] == paper}
+    names = list(finding.judge(rows.values()).values())
     lines = [[verdict, str(names.count(verdict))] for verdict in sorted(set(names))]
-    ours = len(rows) - len(_comparable_rows(record, paper))
+    ours = len(rows) - len(_rows(record, paper))
     extra_lines = [["ours, not compared", str(ours)]] if ours else []
     return Grid(f"{record['titles'][paper]}: verdicts", ["verdict", "statements"], [*lines, *extra_lines])
 
 
-def _comparable_rows(record: Record, paper: str) -> list[Mapping[str, Any]]:
+def _rows(record: Record, paper: str) -> list[Mapping[str, Any]]:
     """Rows of the published figures, under the paper's own conditions."""
-    rows = _by_quantity(record["rows"], paper).values()
+    rows = {row["quantity"]: row for row in record["rows"] if row["paper"] == paper}.values()
     return [row for row in rows if row["published"] is not None and row["verdict"] != "ours"]
 
 
-def _by_quantity(rows: Iterable[Mapping[str, Any]], paper: str) -> Rows:
-    return {row["quantity"]: row for row in rows if row["paper"] == paper}
-
-
-def _merge(parts: Iterable[Mapping[str, Any]], entry: str) -> dict[str, Any]:
+def _join(parts: Iterable[Mapping[str, Any]], entry: str) -> dict[str, Any]:
     """An entry of all parts, merged into one mapping."""
     return {name: value for part in parts for name, value in part[entry].items()}
 

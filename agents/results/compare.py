@@ -26,8 +26,8 @@ from ..ground.files import check_form, json_text
 from ..ground.places import SHIPPED
 from ..ground.shipped import module_of
 from ..judging.record import Record, Result
+from . import entries
 from .content import ABOUT, ROW, Content, name_row, read_form
-from .entries import labels_of
 from .plan import Plan, entries_by_level, read_plan, seeds_of, trial_name, trial_of_plan
 
 BENCHMARK: Final = SHIPPED / "configs" / "benchmark.yaml"
@@ -60,13 +60,32 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     """
     trial = trial_of_plan(plan)
     record = trial.record
-    _check_paired(record, results)
-    groups = _group_results(plan, results)
+    # Results of one level must be of the same objects.
+    first_results: dict[str, tuple[str, list[int]]] = {}
+    for result in results:
+        objects = record.objects(result["columns"])
+        if objects is None:
+            continue
+        label, items = first_results.setdefault(result["level"], (result["label"], objects))
+        if items != objects:
+            raise UsageError(
+                f"{label!r} and {result['label']!r} threw different objects on level {result['level']!r}; "
+                "choose an environment whose objects do not depend on the actions"
+            )
+    groups: dict[tuple[str, int, str], list[Result]] = {}
+    order = [label for entry in plan.entries for label in entries.labels(entry)]
+    for result in sorted(results, key=lambda r: (order.index(r["label"]), r["throws"], r["seed"])):
+        groups.setdefault((result["label"], result["throws"], result["level"]), []).append(result)
     table: list[dict[str, Any]] = []
     for (label, throws, level), group in groups.items():
         head = {"label": label, "throws": throws, "level": level, "train_level": group[0]["train_level"]}
         table.append({**head, "controller": group[0]["controller"], **record.summarise(group, plan.num_envs)})
-    _add_floors(plan, table)
+    for level, label in plan.floors.items():
+        rows = [row for row in table if row["level"] == level]
+        floors = sorted((r["throws"], r["landing_error_mean_m"]) for r in rows if r["label"] == label)
+        floor = floors[-1][1] if floors else None  # after most throws
+        for row in rows:
+            row["times_floor"] = None if floor is None else row["landing_error_mean_m"] / floor
     comparisons: list[dict[str, Any]] = []
     for candidate, baseline, level in product(plan.learned, plan.references, plan.levels):
         learned, reference = (groups.get((choice.label, choice.throws, level)) for choice in (candidate, baseline))
@@ -76,23 +95,6 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     figures = {name: figure.style() for name, figure in record.figures.items()}
     head = {"trial": trial_name(plan), "unit": trial.unit, "step": trial.step, "figures": figures}
     return {**head, "table": table, "comparisons": comparisons}
-
-
-def _group_results(plan: Plan, results: Sequence[Result]) -> dict[tuple[str, int, str], list[Result]]:
-    groups: dict[tuple[str, int, str], list[Result]] = {}
-    order = [label for entry in plan.entries for label in labels_of(entry)]
-    for result in sorted(results, key=lambda r: (order.index(r["label"]), r["throws"], r["seed"])):
-        groups.setdefault((result["label"], result["throws"], result["level"]), []).append(result)
-    return groups
-
-
-def _add_floors(plan: Plan, table: list[dict[str, Any]]) -> None:
-    for level, label in plan.floors.items():
-        rows = [row for row in table if row["level"] == level]
-        floors = sorted((r["throws"], r["landing_error_mean_m"]) for r in rows if r["label"] == label)
-        floor = floors[-1][1] if floors else None  # after most throws
-        for row in rows:
-            row["times_floor"] = None if floor is None else row["landing_error_mean_m"] / floor
 
 
 def _difference(
@@ -109,30 +111,16 @@ def _difference(
         interval = (
             metrics.rate_difference(*candidate_means, *baseline_means)
             if len(candidate_means) > 1
-            else metrics.mean_difference(*candidate_means, *baseline_means)
+            else metrics.difference(*candidate_means, *baseline_means)
         )
         difference[name] = {**asdict(interval), "excludes_zero": interval.excludes_zero}
     return difference
 
 
-def _check_paired(record: type[Record], results: Sequence[Result]) -> None:
-    first_results: dict[str, tuple[str, list[int]]] = {}
-    for result in results:
-        objects = record.objects(result["columns"])
-        if objects is None:
-            continue
-        label, items = first_results.setdefault(result["level"], (result["label"], objects))
-        if items != objects:
-            raise UsageError(
-                f"{label!r} and {result['label']!r} threw different objects on level {result['level']!r}; "
-                "choose an environment whose objects do not depend on the actions"
-            )
-
-
 # What a file shows
 
 
-def check_figures(content: Content, *, trust: bool = False) -> Content:
+def check(content: Content, *, trust: bool = False) -> Content:
     """The same content, if its figures are those of its rows.
 
     The last digits of its figures stay: rounding differs from machine to machine, and drawings are named by digits.
@@ -147,8 +135,8 @@ def check_figures(content: Content, *, trust: bool = False) -> Content:
     plan, data, path = content
     if module_of(plan.env) is not None and not trust:
         raise untrusted(path, plan.env)
-    _check_rows(path, plan, data["results"])
-    for key, figure in _figures_of_rows(path, plan, data["results"]).items():
+    _check(path, plan, data["results"])
+    for key, figure in _figures(path, plan, data["results"]).items():
         difference = _contradiction(data[key], figure, key)
         if difference is not None:
             raise UsageError(f"{str(path)!r} shows what its {data['unit']} do not give: {difference}")
@@ -160,13 +148,13 @@ def untrusted(path: Path, name: str) -> UsageError:
     return UsageError(f"{str(path)!r} names {name!r}: importing the module runs its code; give --trust if it is yours")
 
 
-def _check_rows(path: Path, plan: Plan, rows: Sequence[Mapping[str, Any]]) -> None:
+def _check(path: Path, plan: Plan, rows: Sequence[Mapping[str, Any]]) -> None:
     """Make sure that rows are those of a plan, each once, and that their columns have the form of its trial.
 
     Raises:
         UsageError: a row is missing, stands twice, is of no entry, or has other columns.
     """
-    expected = _expected_rows(plan)
+    expected = _rows(plan)
     counts = Counter(tuple(row[name] for name in ROW) for row in rows)
     for row in rows:
         place = tuple(row[name] for name in ROW)
@@ -187,19 +175,19 @@ def _check_rows(path: Path, plan: Plan, rows: Sequence[Mapping[str, Any]]) -> No
             raise UsageError(*list_problems(f"{str(path)!r}: row {name_row(row)}", error, form)) from None
 
 
-def _expected_rows(plan: Plan) -> dict[tuple[Any, ...], tuple[str, int]]:
+def _rows(plan: Plan) -> dict[tuple[Any, ...], tuple[str, int]]:
     """Controller and number of held-out units of every row that a plan asks for, by what names the row."""
     trial = trial_of_plan(plan)
     rows: dict[tuple[Any, ...], tuple[str, int]] = {}
     for entry, _ in entries_by_level(plan):
         levels, train_level = entry.levels or plan.levels, entry.train_level or plan.train_level
-        names = zip(labels_of(entry), (entry.controller, *entry.also), strict=True)
+        names = zip(entries.labels(entry), (entry.controller, *entry.also), strict=True)
         for (label, name), throws, seed, level in product(names, entry.throws, seeds_of(plan, entry), levels):
-            rows[label, throws, seed, level, train_level] = name, plan.count_of(trial, level, entry)
+            rows[label, throws, seed, level, train_level] = name, plan.count(trial, level, entry)
     return rows
 
 
-def _figures_of_rows(path: Path, plan: Plan, rows: list[Any]) -> dict[str, Any]:
+def _figures(path: Path, plan: Plan, rows: list[Any]) -> dict[str, Any]:
     """Everything that a file shows, computed from its rows.
 
     Raises:
@@ -237,7 +225,7 @@ def _is_same(shown: Any, computed: Any) -> bool:
     return isinstance(computed, int | float) and math.isclose(shown, computed, rel_tol=NEARLY, abs_tol=1e-12)
 
 
-def read_submission(path: Path) -> Content:
+def read(path: Path) -> Content:
     """Content of a submission's file.
 
     Raises:
@@ -245,7 +233,7 @@ def read_submission(path: Path) -> Content:
     """
     content = read_form(path)
     check_submission(content)
-    return check_figures(content)
+    return check(content)
 
 
 def check_submission(content: Content) -> None:

@@ -118,26 +118,23 @@ class Content(NamedTuple):
             UsageError: the file is missing, too large, or no file.
         """
         if self.is_of_before:
-            return self._policy_of_before(row)
+            policies = self.data.get("policies", {})
+            text = policies.get(row.get("digests", {}).get("policy"))
+            try:
+                return None if text is None else base64.b64decode(policies.get(text, text), validate=True)
+            except (binascii.Error, ValueError):
+                raise UsageError(f"{str(self.path)!r}: row {name_row(row)}: the policy is no text in base64") from None
         if POLICY not in row:
             return None
         file = folder_of(self.path) / row[POLICY]
         with check_form(file):
             return bytes_of(file, MOST_NUMBERS)
 
-    def _policy_of_before(self, row: Mapping[str, Any]) -> bytes | None:
-        policies = self.data.get("policies", {})
-        text = policies.get(row.get("digests", {}).get("policy"))
-        try:
-            return None if text is None else base64.b64decode(policies.get(text, text), validate=True)
-        except (binascii.Error, ValueError):
-            raise UsageError(f"{str(self.path)!r}: row {name_row(row)}: the policy is no text in base64") from None
-
 
 # Reading
 
 
-def is_benchmark(data: Any) -> bool:
+def matches(data: Any) -> bool:
     """Whether data are of a benchmark's file, a damaged one perhaps, and no other file of results."""
     return isinstance(data, dict) and "plan" in data
 
@@ -166,28 +163,28 @@ def read_form(path: Path) -> Content:
         UsageError: the file is missing or of another form.
     """
     data = read_json(path)
-    if not is_benchmark(data):
+    if not matches(data):
         sources = "only files of `pnt-gym benchmark` and `pnt-gym submit` are verified"
         raise UsageError(f"{str(path)!r} has no plan: {sources}")
-    return form_of(path, data)
+    return form(path, data)
 
 
-def form_of(path: Path, data: dict[str, Any]) -> Content:
+def form(path: Path, data: dict[str, Any]) -> Content:
     """Content of a benchmark's file from its head, of which the form alone is checked.
 
     Raises:
         UsageError: the data are of another form.
     """
     check_model(path, BenchmarkFile, data)
-    plan = plan_of_file(path, data["plan"])
+    plan = _plan(path, data["plan"])
     if "decimals" in data:
         file = folder_of(path) / ROWS
-        tables = read_arrays(file, r"\d+")
+        tables = arrays(file, r"\d+")
         data = {**data, "results": with_columns(file, data["results"], tables, data["decimals"])}
     return Content(plan, data, path)
 
 
-def plan_of_file(file: Path, plan: Any) -> Plan:
+def _plan(file: Path, plan: Any) -> Plan:
     """The plan that a benchmark's file holds.
 
     Raises:
@@ -242,7 +239,7 @@ def _values(file: Path, name: str, column: NDArray[Any], decimals: int | None) -
     return jsonable(np.where(column == np.iinfo(column.dtype).min, np.nan, column / 10**decimals))
 
 
-def read_arrays(file: Path, names: str) -> dict[str, NDArray[Any]]:
+def arrays(file: Path, names: str) -> dict[str, NDArray[Any]]:
     """The arrays of a file.
 
     Raises:
@@ -255,7 +252,7 @@ def read_arrays(file: Path, names: str) -> dict[str, NDArray[Any]]:
 # Writing
 
 
-def check_place(path: Path) -> None:
+def check(path: Path) -> None:
     """Make sure, before hours of work, that a result can be written.
 
     Raises:
@@ -266,7 +263,7 @@ def check_place(path: Path) -> None:
     check_writable(folder_of(path) / ROWS)
 
 
-def write_result(path: Path, head: Mapping[str, Any], results: Sequence[Result], policies: Mapping[str, bytes]) -> None:
+def write(path: Path, head: Mapping[str, Any], results: Sequence[Result], policies: Mapping[str, bytes]) -> None:
     """Write a result: the files of its folder, then its head.
 
     Args:
@@ -282,23 +279,16 @@ def write_result(path: Path, head: Mapping[str, Any], results: Sequence[Result],
     files = {ROWS: archive_of(tables), **policies}
     for name, content in files.items():
         deliver(folder_of(path) / name, lambda place, content=content: place.write_bytes(content))
-    deliver_text(path, _head_text({**head, "decimals": decimals, "results": rows}))
-
-
-def _head_text(data: Mapping[str, Any]) -> str:
-    """A head as JSON, with a line for each key and for each row."""
+    # A head as JSON, with a line for each key and for each row.
+    data = {**head, "decimals": decimals, "results": rows}
     parts: list[str] = []
-    for name, value in data.items():
-        lines = ",\n  ".join(json_text(entry, indent=None).rstrip() for entry in value) if _is_rows(value) else ""
+    for key, value in data.items():
+        entries: list[Any] = value if isinstance(value, list) else []
+        is_rows = all(isinstance(entry, dict) for entry in entries)
+        lines = ",\n  ".join(json_text(entry, indent=None).rstrip() for entry in entries) if is_rows else ""
         text = f"[\n  {lines}\n ]" if lines else json_text(value, indent=None).rstrip()
-        parts.append(f" {json.dumps(name)}: {text}")
-    return "{\n" + ",\n".join(parts) + "\n}\n"
-
-
-def _is_rows(value: Any) -> bool:
-    return (
-        isinstance(value, list) and bool(value) and all(isinstance(entry, dict) for entry in cast("list[Any]", value))
-    )
+        parts.append(f" {json.dumps(key)}: {text}")
+    deliver_text(path, ("{\n" + ",\n".join(parts) + "\n}\n"))
 
 
 def without_columns(results: Sequence[Result]) -> tuple[list[Result], dict[str, int], dict[str, NDArray[Any]]]:
@@ -349,12 +339,12 @@ def _decimals(found: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, int]:
     exact: dict[str, int] = {}
     for name, arrays in columns.items():
         if any(array.dtype.kind == "f" for array in arrays):
-            decimals = next((d for d in range(MOST_DECIMALS + 1) if _are_exact(arrays, d)), None)
+            decimals = next((d for d in range(MOST_DECIMALS + 1) if _fits(arrays, d)), None)
             exact |= {} if decimals is None else {name: decimals}
     return exact
 
 
-def _are_exact(arrays: Sequence[NDArray[Any]], decimals: int) -> bool:
+def _fits(arrays: Sequence[NDArray[Any]], decimals: int) -> bool:
     """Whether numbers can be stored as whole ones, in units of a decimal."""
     for array in arrays:
         numbers = array[np.isfinite(array)]

@@ -120,7 +120,7 @@ def is_learned(name: str) -> bool:
     return is_shipped(name) or (module_of(name) is None and (name.endswith(".npz") or "/" in name))
 
 
-def labels_of(entry: Entry) -> list[str]:
+def labels(entry: Entry) -> list[str]:
     """Labels of an entry's results: the entry's label, then those of the controllers in `also`."""
     followers = [name if entry.label == entry.controller else f"{name}_{entry.label}" for name in entry.also]
     return [entry.label, *followers]

@@ -22,18 +22,20 @@ from pnt_gym.names import unknown_name
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers.protocol import Controller
+from ..ground import parcel, shipped
 from ..ground.cli import UsageError, about, check_libraries, check_once
 from ..ground.cluster import Needs
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
-from ..ground.parcel import user_code_digest
 from ..ground.places import SHIPPED, at
-from ..ground.shipped import is_shipped, module_of, policy_place
+from ..ground.shipped import is_shipped, module_of
 from ..ground.versions import code_digest
 from ..ground.work import key
+from ..judging import trials
 from ..judging.trial import Trial
-from ..judging.trials import check_options, controller_with, open_trial, trial_class
+from ..judging.trials import open_trial
 from ..learning.runs import POLICY
+from . import entries
 from .entries import (
     EACH,
     LEARNED_BY,
@@ -44,7 +46,6 @@ from .entries import (
     Several,
     computes_with_torch,
     is_learned,
-    labels_of,
     settings_of,
 )
 
@@ -98,10 +99,10 @@ class Plan(Section):
     @model_validator(mode="after")
     def _check(self) -> Self:
         check_once({"levels": self.levels, "seeds": self.seeds})
-        labels = [label for entry in self.entries for label in labels_of(entry)]
+        labels = [label for entry in self.entries for label in entries.labels(entry)]
         if len(set(labels)) != len(labels):
             raise ValueError(f"entries: labels {labels} must differ from one another")
-        results = {(label, t) for entry in self.entries for label in labels_of(entry) for t in entry.throws}
+        results = {(label, t) for entry in self.entries for label in entries.labels(entry) for t in entry.throws}
         for choice in (*self.learned, *self.references):
             if (choice.label, choice.throws) not in results:
                 known = [f"{label} after {throws}" for label, throws in results]
@@ -127,7 +128,7 @@ class Plan(Section):
         """Config of a level, as the environment reads it."""
         return _config(self.env, json.dumps(self.level(name), default=str))
 
-    def count_of(self, trial: type[Trial], level: str, entry: Entry | None = None) -> int:
+    def count(self, trial: type[Trial], level: str, entry: Entry | None = None) -> int:
         """Number of held-out units per seed on a level: for all entries, or for one entry, which may have fewer."""
         entry_count = None if entry is None else getattr(entry, trial.option, None)
         return entry_count or self.picks_on.get(level) or int(getattr(self, trial.option))
@@ -163,7 +164,7 @@ class Piece:
     @property
     def rows(self) -> list[tuple[str, int, int, str, str]]:
         """What names each row of the piece: label, throws, seed, level, level of the learning."""
-        labels = labels_of(self.entry)
+        labels = entries.labels(self.entry)
         return [*product(labels, self.throws, (self.seed,), self.levels, (self.train_level,))]
 
     def policy_file(self, throws: int) -> str:
@@ -188,7 +189,7 @@ def read_plan(path: Path) -> Plan:
 
 def trial_of_plan(plan: Plan) -> type[Trial]:
     """The kind of trial by which the plan's controllers are judged."""
-    return trial_class(plan.config(plan.levels[0]))
+    return trials.find(plan.config(plan.levels[0]))
 
 
 def trial_name(plan: Plan) -> str:
@@ -204,7 +205,15 @@ def pieces(plan: Plan) -> list[Piece]:
         ConfigError: a level does not exist.
     """
     kind = trial_of_plan(plan)
-    _check_keys(plan, kind)
+    # Make sure that plan and entries have no keys that only other kinds of trials use.
+    plan_keys = {name: name in plan.model_fields_set for name in ("picks", "picks_on", "floors", "shifts")}
+    trials.check(kind, plan_keys, repr(plan.env), dashes="")
+    for entry in plan.entries:
+        entry_keys = {name: bool(getattr(entry, name)) for name in ("shifts", "also", "online")}
+        trials.check(kind, entry_keys, repr(plan.env), dashes="")
+        entry_count, plan_count = getattr(entry, kind.option, None) or 0, int(getattr(plan, kind.option))
+        if entry_count > plan_count:
+            raise UsageError(f"entry {entry.label!r} has {kind.option} {entry_count}; the plan has {plan_count}")
     for level in plan.evaluation_levels:
         _check_level(plan, level)
     code = results_code()
@@ -213,7 +222,7 @@ def pieces(plan: Plan) -> list[Piece]:
         # A training run passes through its smaller throw counts; practice is planned for each count anew.
         groups = [tuple(sorted(entry.throws))] if entry.controller in TRAINED else [(t,) for t in entry.throws]
         for group, seed in product(groups, seeds_of(plan, entry)):
-            work.append(_piece(plan, kind, entry, group, seed, where, code))
+            work.append(_make(plan, kind, entry, group, seed, where, code))
     return sorted(work, key=lambda piece: -piece.cost)
 
 
@@ -235,14 +244,19 @@ def seeds_of(plan: Plan, entry: Entry) -> tuple[int, ...]:
     return (entry.seeds or plan.seeds) if any(entry.throws) else (plan.seeds[0],)
 
 
-def _piece(
+def _make(
     plan: Plan, kind: type[Trial], entry: Entry, throws: tuple[int, ...], seed: int, copy: str, code: str
 ) -> Piece:
     levels = entry.levels or plan.levels
     train_level = entry.train_level or plan.train_level
     configs: dict[str, Any] = {level: plan.config(level) for level in (*levels, train_level)}
-    counts = {level: plan.count_of(kind, level, entry) for level in levels}
+    counts = {level: plan.count(kind, level, entry) for level in levels}
     excluded = {"label", "throws", "seeds", "levels", "train_level"}
+    # Dependencies of an entry's figures beside code and levels: shipped settings and files, and trained policies.
+    level_configs = list(configs.values())
+    names = [value for _, value in kind.artefact_settings(entry.controller, level_configs, entry.options)]
+    parts = [kind.dependencies(name, level_configs, entry.options, throws) for name in (entry.controller, *names)]
+    learned = [_digest(name) for name in (entry.controller, *names) if is_learned(name)]
     inputs = {
         "entry": entry.model_dump(mode="json", exclude=excluded),
         "throws": throws,
@@ -253,23 +267,18 @@ def _piece(
         "plan": plan.model_dump(mode="json", include={"env", "seed", "num_envs"}),
         "counts": list(counts.values()),
         "code": code,
-        "own": [
-            user_code_digest(module) for module in map(module_of, (entry.controller, plan.env)) if module is not None
-        ],
-        "depends": _dependencies(kind, entry, list(configs.values()), throws),
+        "own": [parcel.digest(module) for module in map(module_of, (entry.controller, plan.env)) if module is not None],
+        "depends": [*parts, kind.dependencies(entry.over, level_configs, {}, (0,)), *learned],
     }
-    user_configs = {level: config for level, config in configs.items() if _is_user_level(plan, level, config)}
+    # The configs of the user's own levels, which can be sent to another machine instead of their names.
+    user_configs = {
+        level: config
+        for level, config in configs.items()
+        if isinstance(config, LevelConfig) and (level in plan.inline or level not in config.level_names())
+    }
     efforts = (kind.effort(entry.controller, configs[level], counts[level], plan.num_envs) for level in levels)
-    cost = max(throws) + len(throws) * len(labels_of(entry)) * sum(efforts)
+    cost = max(throws) + len(throws) * len(entries.labels(entry)) * sum(efforts)
     return Piece(plan, entry, throws, seed, levels, train_level, user_configs, key(**inputs), copy, cost)
-
-
-def _dependencies(kind: type[Trial], entry: Entry, levels: list[Any], throws: tuple[int, ...]) -> list[Any]:
-    """Dependencies of an entry's figures beside code and levels: shipped settings and files, and trained policies."""
-    names = [value for _, value in kind.artefact_settings(entry.controller, levels, entry.options)]
-    parts = [kind.dependencies(name, levels, entry.options, throws) for name in (entry.controller, *names)]
-    learned = [file_digest(name) for name in (entry.controller, *names) if is_learned(name)]
-    return [*parts, kind.dependencies(entry.over, levels, {}, (0,)), *learned]
 
 
 def results_code() -> str:
@@ -277,26 +286,10 @@ def results_code() -> str:
     return code_digest(CODE, ["agents.benchmark.run"])
 
 
-def file_digest(name: str) -> str:
+def _digest(name: str) -> str:
     """Digest of a trained policy: of its file, or of the policy in a run folder."""
-    place = policy_place(name)
+    place = shipped.place(name)
     return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
-
-
-def _check_keys(plan: Plan, kind: type[Trial]) -> None:
-    """Make sure that plan and entries have no keys that only other kinds of trials use.
-
-    Raises:
-        UsageError: the plan or an entry has such a key, or an entry asks for more units than the plan.
-    """
-    plan_keys = {name: name in plan.model_fields_set for name in ("picks", "picks_on", "floors", "shifts")}
-    check_options(kind, plan_keys, repr(plan.env), dashes="")
-    for entry in plan.entries:
-        entry_keys = {name: bool(getattr(entry, name)) for name in ("shifts", "also", "online")}
-        check_options(kind, entry_keys, repr(plan.env), dashes="")
-        entry_count, plan_count = getattr(entry, kind.option, None) or 0, int(getattr(plan, kind.option))
-        if entry_count > plan_count:
-            raise UsageError(f"entry {entry.label!r} has {kind.option} {entry_count}; the plan has {plan_count}")
 
 
 def _check_level(plan: Plan, level: str) -> None:
@@ -308,7 +301,7 @@ def _check_level(plan: Plan, level: str) -> None:
     entries = [entry for entry in plan.entries if level in (entry.levels or plan.levels)]
     for mode in dict.fromkeys(entry.action_mode for entry in entries):
         with closing(open_trial(plan.env, plan.level(level), 1, 1, mode)) as trial:
-            trial.check_count(plan.count_of(type(trial), level), plan.num_envs, level)
+            trial.check_count(plan.count(type(trial), level), plan.num_envs, level)
             for entry in entries:
                 if entry.action_mode == mode:
                     _check_entry(plan, entry, trial)
@@ -333,18 +326,13 @@ def entry_controller(trial: Trial, entry: Entry, name: str) -> Controller:
     Raises:
         UsageError: there is no such controller, or the controller has no such settings.
     """
-    return controller_with(trial, name, entry.options if name == entry.controller else {})
+    return trials.controller(trial, name, entry.options if name == entry.controller else {})
 
 
 @cache
 def _config(env_id: str, level: str) -> Any:
     """Config of a level from the level's JSON text; cached."""
     return config_of(env_id, json.loads(level))
-
-
-def _is_user_level(plan: Plan, level: str, config: Any) -> bool:
-    """Whether a level is the user's own, and its config can be sent to another machine instead of its name."""
-    return isinstance(config, LevelConfig) and (level in plan.inline or level not in config.level_names())
 
 
 def needs(plan: Plan) -> Needs:

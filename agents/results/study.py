@@ -87,7 +87,7 @@ class Table(Section):
         return self
 
 
-def _is_axis(values: Any) -> bool:
+def _fits(values: Any) -> bool:
     """Whether an axis has a mapping of values to settings, or a list of values."""
     if isinstance(values, Mapping):
         return all(settings is None or isinstance(settings, Mapping) for settings in values.values())
@@ -113,7 +113,7 @@ class Part(Section):
         if len(set(names)) != len(names):
             raise ValueError(f"axes: names {names} must differ from one another")
         for name, values in self.axes.items():
-            if not (values and _is_axis(values)):
+            if not (values and _fits(values)):
                 raise ValueError(f"axes.{name}: a list of values or a mapping of values to settings is needed")
             if not isinstance(values, Mapping) and len(set(map(str, values))) != len(values):
                 raise ValueError(f"axes.{name}: values {list(values)} must differ from one another")
@@ -164,14 +164,14 @@ class StudyPlan(Section):
             UsageError: the study has no such part.
         """
         check_known("part", names, self.parts)
-        return [case for name in self.parts if not names or name in names for case in self._cases(name)]
-
-    def _cases(self, name: str) -> Iterator[Case]:
-        part = self.parts[name]
-        for choice in product(*(self._values(path, values) for path, values in part.axes.items())):
-            labels = {"part": name, **{axis: label for axis, label, _ in choice}}
-            settings = reduce(merge, (settings for _, _, settings in choice), dict(part.settings))
-            yield Case(labels, settings, part.measure, Amount(part.count(self.throws), self.seed))
+        cases: list[Case] = []
+        for name, part in self.parts.items():
+            axes = [self._values(path, values) for path, values in part.axes.items()]
+            for choice in product(*axes) if not names or name in names else ():
+                labels = {"part": name, **{axis: label for axis, label, _ in choice}}
+                settings = reduce(merge, (settings for _, _, settings in choice), dict(part.settings))
+                cases.append(Case(labels, settings, part.measure, Amount(part.count(self.throws), self.seed)))
+        return cases
 
     def _values(self, path: str, values: Any) -> Iterator[tuple[str, Scalar, Mapping[str, Any]]]:
         """Name, value and settings of each value of an axis."""
@@ -194,13 +194,13 @@ def merge(settings: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
     return {**settings, **changes, **inner}
 
 
-def is_study_plan(path: Path) -> bool:
+def is_plan(path: Path) -> bool:
     """Whether a YAML file holds the plan of a study, and not that of a benchmark."""
     data = read_yaml(path, "benchmark")
     return isinstance(data, Mapping) and "study" in data
 
 
-def read_study(path: Path) -> StudyPlan:
+def read(path: Path) -> StudyPlan:
     """The plan in a YAML file.
 
     Raises:
@@ -220,7 +220,7 @@ def shipped_study(name: str) -> StudyPlan:
     """
     known = sorted(path.stem for path in STUDIES.glob("*.yaml"))
     check_known("study", [name], known)
-    return read_study(STUDIES / f"{name}.yaml")
+    return read(STUDIES / f"{name}.yaml")
 
 
 def share(cases: Sequence[bool]) -> Figures:
@@ -257,12 +257,12 @@ class StudyFile(BaseModel):
     rows: list[dict[str, Any]]
 
 
-def is_study(data: Any) -> bool:
+def matches(data: Any) -> bool:
     """Whether a file of results is that of a study."""
     return isinstance(data, dict) and {"study", "rows", "throws"} <= data.keys()
 
 
-def check_study(path: Path, data: Any) -> None:
+def check(path: Path, data: Any) -> None:
     """Make sure that a study's file has its form.
 
     Raises:

@@ -11,18 +11,20 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 from gymnasium.spaces import Dict
 
-from ..controllers.between import PLANNER, wrap_env
+from ..controllers import between
+from ..controllers.between import PLANNER
 from ..ground.cli import UsageError
-from ..ground.environments import Env, config_of, core_of, make_vector, stream_seed
+from ..ground.environments import Env, config_of, make_vector, stream_seed
 from ..ground.files import lock_folder, write_json
 from ..ground.places import module_name
 from ..ground.streams import destination
 from ..ground.tables import console, throws_bar
+from ..judging import trials
 from ..judging.evaluation import evaluate_all
 from ..judging.trial import Trial
-from ..judging.trials import trial_class
+from ..learning import runs
 from ..learning.hyperparameters import ON_POLICY, hyperparameters, training_size
-from ..learning.runs import RunFolder, check_new, run_name
+from ..learning.runs import RunFolder
 from ..learning.trained import importless_environment
 from ..learning.windows import Window
 
@@ -56,7 +58,7 @@ ANEW: Final = ("steps", "eval_picks", "tensorboard")
 """Arguments that a resume may give anew; otherwise they are what the folder holds."""
 
 
-def resolve_request(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def resolve(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Arguments and hyperparameters of a run; hyperparameters give the default number of steps and cells.
 
     Raises:
@@ -82,34 +84,31 @@ def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
     given = ((name, arguments[name]) for name in DEFAULTS)
     options = {name: value for name, value in given if value is not None and value is not False}
     if arguments["resume"] is not None:
-        return _resume_request(arguments["resume"], arguments, options)
+        # Arguments of the run in a folder, with those that the command line gives anew.
+        folder = arguments["resume"]
+        recorded = RunFolder(folder).arguments
+        if options.get("env") == recorded["env"]:
+            recorded["env"] = options.pop("env")
+        else:
+            importless_environment(folder, recorded["env"])
+        fixed = [*(options.keys() - {*ANEW}), *(name for name in ("out", "config") if arguments[name] is not None)]
+        if fixed:
+            name = fixed[0].replace("_", "-")
+            raise UsageError(
+                f"--{name} cannot be changed with --resume, because the run folder holds its value; leave it out"
+            )
+        return {**recorded, **options}
     if arguments["out"] is not None:
-        check_new(arguments["out"])
+        runs.check(arguments["out"])
     run_args = {**DEFAULTS, **options}
     if run_args["full_last"] and run_args["fidelity"] != "flight":
         raise UsageError("--full-last goes with --fidelity flight")
     run_args["level"] = run_args["level"] or LEVELS.get(run_args["env"])
-    trial = trial_class(config_of(run_args["env"], run_args["level"]))
+    trial = trials.find(config_of(run_args["env"], run_args["level"]))
     usual = {
         "algo": trial.algorithms[0], "checkpoint_every": trial.checkpoint_every, "eval_picks": trial.usual_table
     }  # fmt: skip
     return {**run_args, **{name: value for name, value in usual.items() if run_args[name] is None}}
-
-
-def _resume_request(folder: Path, arguments: Mapping[str, Any], options: dict[str, Any]) -> dict[str, Any]:
-    """Arguments of the run in a folder, with those that the command line gives anew."""
-    recorded = RunFolder(folder).arguments
-    if options.get("env") == recorded["env"]:
-        recorded["env"] = options.pop("env")
-    else:
-        importless_environment(folder, recorded["env"])
-    fixed = [*(options.keys() - {*ANEW}), *(name for name in ("out", "config") if arguments[name] is not None)]
-    if fixed:
-        name = fixed[0].replace("_", "-")
-        raise UsageError(
-            f"--{name} cannot be changed with --resume, because the run folder holds its value; leave it out"
-        )
-    return {**recorded, **options}
 
 
 SEED: Final = 0
@@ -118,7 +117,7 @@ TABLE: Final = "evaluation.json"
 """File of the table in the run folder."""
 
 
-def show_table(trial: Trial, folder: RunFolder, steps: int, run_args: Mapping[str, Any]) -> None:
+def show(trial: Trial, folder: RunFolder, steps: int, run_args: Mapping[str, Any]) -> None:
     """Evaluate the policy and its peers, print the table, and write the table to the run folder.
 
     Args:
@@ -145,23 +144,6 @@ def show_table(trial: Trial, folder: RunFolder, steps: int, run_args: Mapping[st
     write_json(folder.path / TABLE, table)
 
 
-def open_flight_env(cell: Env, run_args: Mapping[str, Any], threads: int) -> Env | None:
-    """The training's cells with only flights simulated, as the policy observes them; None for a full simulation.
-
-    Raises:
-        UsageError: the environment has no simulation of flights alone.
-    """
-    if run_args["fidelity"] == "full":
-        return None
-    config = core_of(cell).config
-    if "fidelity" not in type(config).model_fields:
-        raise UsageError(f"--fidelity flight: environment {run_args['env']!r} is simulated in full only")
-    level = config.model_copy(update={"fidelity": "flight"})
-    return wrap_env(
-        make_vector(run_args["env"], level, run_args["num_envs"], threads, run_args["action_mode"]), run_args
-    )
-
-
 def learn(
     model: BaseAlgorithm,
     env: SameStepVecEnv,
@@ -171,24 +153,20 @@ def learn(
     window: Window,
     *,
     quick: Env | None = None,
-    until: int | None = None,
-    tensorboard: bool = False,
     quiet: bool = False,
 ) -> None:
     """Train in legs from checkpoint to checkpoint, in `quick`, if given, until the last `full_last` throws.
-
-    With `until` the training stops at this throw, and can go on later to the total number of throws.
 
     Each leg starts from newly seeded environments, whether or not the process was restarted in between. So a resumed
     run equals an uninterrupted run bit for bit.
     """
     from stable_baselines3.common.logger import Logger, configure  # noqa: PLC0415
 
+    from ..learning import sb3  # noqa: PLC0415
     from ..learning.progress import ProgressCallback  # noqa: PLC0415
-    from ..learning.sb3 import begin_leg  # noqa: PLC0415
 
-    logger = configure(str(folder.path / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
-    model.set_logger(logger)
+    is_logged = run_args.get("tensorboard", False)
+    model.set_logger(configure(str(folder.path / "tensorboard"), ["tensorboard"]) if is_logged else Logger(None, []))
     total, every = run_args["steps"], run_args["checkpoint_every"]
     change, full_env = total - run_args.get("full_last", 0) if quick is not None else 0, env.env
     with throws_bar("rate", "success", "error", quiet=quiet) as bar:
@@ -211,15 +189,15 @@ def learn(
             )
 
         callback = ProgressCallback(folder.path / "progress.csv", model.num_timesteps, stop, window, show)
-        while model.num_timesteps < (until or total) and not stop.is_set:
+        while model.num_timesteps < (stop.until or total) and not stop.is_set:
             steps_done = model.num_timesteps
             env.env = quick if quick is not None and steps_done < change else full_env
             leg = min((steps_done // every + 1) * every, change if steps_done < change else total) - steps_done
             env.seed(stream_seed("train", run_args["seed"], steps_done))
-            begin_leg(model, steps_done + leg, total)
+            sb3.begin(model, steps_done + leg, total)
             model._last_obs = None  # makes learn() reset the environment
             model.learn(leg, callback=callback, log_interval=16, reset_num_timesteps=False)
-            folder.save_checkpoint(model)
+            folder.save(model)
     env.env = full_env
 
 
@@ -241,10 +219,16 @@ class Session:
         core = trial.core
         self.trial, self.settings = trial, settings
         self.run_args = {**run_args, "level": run_args["level"] or core.config.name, "action_mode": core.action_mode}
-        env, price = wrap_env(trial.env, self.run_args), trial.price(settings)
+        env, price = between.wrap(trial.env, self.run_args), trial.price(settings)
         # A failed pick teaches where to grasp, which only an agent that sees pictures decides.
         even = run_args["algo"] in ON_POLICY and not isinstance(env.single_observation_space, Dict)
-        self._quick = open_flight_env(trial.env, self.run_args, threads)
+        self._quick: Env | None = None
+        if run_args["fidelity"] != "full":  # the training's cells with flights alone, as the policy observes the cells
+            if "fidelity" not in type(core.config).model_fields:
+                raise UsageError(f"--fidelity flight: environment {run_args['env']!r} is simulated in full only")
+            level = core.config.model_copy(update={"fidelity": "flight"})
+            cells = make_vector(run_args["env"], level, run_args["num_envs"], threads, core.action_mode)
+            self._quick = between.wrap(cells, self.run_args)
 
         import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
 
@@ -259,12 +243,18 @@ class Session:
 
         config = self.trial.core.config
         model = build(self.run_args["algo"], self.env, self.settings, self.run_args["seed"])
-        name = f"{run_name(self.run_args, config.name)}-{time.strftime('%Y%m%d-%H%M%S')}"
+        name = f"{runs.name(self.run_args, config.name)}-{time.strftime('%Y%m%d-%H%M%S')}"
         place = destination(Path("runs") / name) if folder is None else folder
         return RunFolder.create(place, self.run_args, self.settings, config, model), model
 
     def learn(
-        self, model: BaseAlgorithm, folder: RunFolder, stop: Stop, *, checkpoint_every: int | None = None, **how: Any
+        self,
+        model: BaseAlgorithm,
+        folder: RunFolder,
+        stop: Stop,
+        *,
+        checkpoint_every: int | None = None,
+        quiet: bool = False,
     ) -> None:
         """Train in legs.
 
@@ -273,12 +263,12 @@ class Session:
             folder: folder of the run.
             stop: checked after each batch.
             checkpoint_every: steps between checkpoints; None for the number in the training's arguments.
-            how: further arguments of `agents.training.session.learn`.
+            quiet: show no progress.
         """
         run_args = (
             self.run_args if checkpoint_every is None else {**self.run_args, "checkpoint_every": checkpoint_every}
         )
-        learn(model, self.env, folder, run_args, stop, self.trial.window(), quick=self._quick, **how)
+        learn(model, self.env, folder, run_args, stop, self.trial.window(), quick=self._quick, quiet=quiet)
 
     def close(self) -> None:
         """Close the cells of flights alone; the trial's own cells stay open."""
@@ -286,7 +276,7 @@ class Session:
             self._quick.close()
 
 
-def run_session(
+def run(
     session: Session, out: Path | None, resume: Path | None, new_steps: int | None
 ) -> tuple[RunFolder, int, int | None]:
     """Train until the training is done or stopped.
@@ -311,7 +301,7 @@ def run_session(
             folder, model = session.create(None if out is None else destination(out))
             ends.enter_context(lock_folder(folder.path))
             ends.enter_context(folder.remove_on_error())
-        session.learn(model, folder, stop, tensorboard=session.run_args["tensorboard"])
+        session.learn(model, folder, stop)
     return folder, model.num_timesteps, stop.number
 
 
@@ -327,7 +317,7 @@ def _restore(session: Session, folder: RunFolder, new_steps: int | None) -> Base
         (folder.path / TABLE).unlink(missing_ok=True)  # of fewer throws
     kept = run_args if goes_on else {**run_args, "steps": recorded["steps"]}
     if kept != recorded:
-        folder.write_arguments(kept)
+        folder.write(kept)
     if model.num_timesteps >= run_args["steps"] and (folder.path / TABLE).is_file():
         raise UsageError(
             f"run {str(folder.path)!r} has done {model.num_timesteps} throws of {run_args['steps']}; "

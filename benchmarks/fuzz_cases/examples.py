@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from agents.controllers.state import save_state
-from agents.dataset.collection import pack_episodes
+from agents.dataset import collection
 from agents.dataset.episodes import Episode
 from agents.dispatchers.settings import MADE
 from agents.dispatchers.settings import settings as settings_of_rule
@@ -225,4 +225,4 @@ def make_chunk(folder: Path) -> None:
         )
         for seed, count in ((1, 2), (5, 3))
     ]  # fmt: skip
-    (folder / "chunk.npz").write_bytes(pack_episodes(whole))
+    (folder / "chunk.npz").write_bytes(collection.pack(whole))

@@ -14,11 +14,11 @@ from shutil import rmtree
 from tempfile import mkdtemp
 from typing import Final, NamedTuple
 
-from agents.dataset.collection import unpack_episodes
+from agents.dataset import collection
 from agents.dispatchers.settings import MADE
-from agents.learning.trained import find_policy
+from agents.learning import trained
+from agents.results import study
 from agents.results.plan import pieces, read_plan
-from agents.results.study import read_study
 from benchmarks.fuzz_cases import examples, readers
 from benchmarks.fuzz_cases.examples import CHECKPOINT, CONFIGS, LEARNERS, TOY
 
@@ -56,7 +56,7 @@ FORMATS: Final[dict[str, Format]] = {
     "level-file": Format(
         examples.make_levels, readers.read_level, tuple(f"{name}.yaml" for name in CONFIGS), "agents.levels --show FILE"
     ),
-    "study-plan": Format(examples.make_study_plan, lambda path: read_study(path).cases(), ("plan.yaml",)),
+    "study-plan": Format(examples.make_study_plan, lambda path: study.read(path).cases(), ("plan.yaml",)),
     "plan-file": Format(examples.make_plan, lambda path: pieces(read_plan(path)), ("plan.yaml",)),
     "chances-file": Format(
         examples.make_chances, readers.read_chances, ("table.json",),
@@ -75,7 +75,7 @@ FORMATS: Final[dict[str, Format]] = {
         f"agents.evaluate --env {TOY} --controller ridge --load FILE --picks 4 --num-envs 4",
     ),
     "network-file": Format(examples.make_networks, readers.read_network, ("local_mlp.npz",)),
-    "dataset-chunk": Format(examples.make_chunk, lambda path: list(unpack_episodes(path)), ("chunk.npz",)),
+    "dataset-chunk": Format(examples.make_chunk, lambda path: list(collection.unpack(path)), ("chunk.npz",)),
     "run-folder": Format(
         examples.make_run, readers.read_run, ("args.yml", "env.yaml", "policy.npz"),
         "agents.evaluate --controller . --picks 4 --num-envs 4",
@@ -87,7 +87,7 @@ FORMATS: Final[dict[str, Format]] = {
         "agents.train --resume . --steps 12 --eval-picks 0 --threads 1",
     ),
     "zoo-folder": Format(
-        examples.make_zoo, lambda path: find_policy(path.parents[1]), ("MyEnv-v0/args.yml", "MyEnv-v0/config.yml")
+        examples.make_zoo, lambda path: trained.find(path.parents[1]), ("MyEnv-v0/args.yml", "MyEnv-v0/config.yml")
     ),
     "settings-file": Format(examples.make_settings, readers.read_settings_of, ("sac.yml", "ppo.yml")),
     "benchmark-file": Format(

@@ -13,24 +13,24 @@ from typing import Any
 import numpy as np
 
 from agents.controllers.state import load_state
-from agents.dispatchers.registry import line_controller
+from agents.dispatchers import registry
 from agents.dispatchers.settings import settings_in
+from agents.fit import reading, writing
 from agents.fit.fitted import fit_log
 from agents.fit.parameters import priors
-from agents.fit.reading import read_log
 from agents.fit.report import report
-from agents.fit.writing import level_text, page
+from agents.fit.writing import page
 from agents.grasping.features import NAMES
 from agents.grasping.network import PlaceNetwork
+from agents.ground import levels
 from agents.ground.files import json_text
-from agents.ground.levels import full_text
 from agents.judging.loop import observed
 from agents.judging.trials import open_trial
+from agents.learning import trained
 from agents.learning.hyperparameters import algorithm_arguments, hyperparameters, training_size
-from agents.learning.trained import resolve_task
 from agents.policies.actor import CHANNELS, Actor
 from agents.policies.scorer import Scorer
-from agents.report.__main__ import read_chapters
+from agents.report import __main__
 from agents.train import Arguments
 from agents.train import main as train
 from benchmarks.fuzz_cases.basis import finite
@@ -44,17 +44,17 @@ from tests.tools.fitting import WASTE
 
 def read_whole_log(path: Path) -> None:
     """Fit a log, and write all that a fit writes."""
-    fitted = fit_log(read_log(path, WASTE), WASTE, priors(WASTE, FREE))
+    fitted = fit_log(reading.read(path, WASTE), WASTE, priors(WASTE, FREE))
     samples = fitted.posterior.samples(200)
     json_text(report(fitted, samples))
-    level_text(fitted, samples, "waste", path.with_name("fitted.yaml"), "fit")
+    writing.text(fitted, samples, "waste", path.with_name("fitted.yaml"), "fit")
     page(fitted, samples, "fit")
 
 
 def read_level(path: Path) -> None:
     """Read a level of the family of its name, and the same for people."""
     CONFIGS[path.stem].load(path)
-    full_text(str(path))
+    levels.text(str(path))
 
 
 def read_chances(path: Path) -> None:
@@ -86,7 +86,7 @@ def read_learned(path: Path) -> None:
 def read_run(path: Path) -> None:
     """Throw with the policy of a run folder."""
     folder = _run_of(path)
-    env_id, level, mode = resolve_task(str(folder), None, None, None)
+    env_id, level, mode = trained.resolve(str(folder), None, None, None)
     with closing(open_trial(env_id, level, 4, 1, mode)) as trial:
         trial.run(trial.controller(str(folder)), 4, 0)
 
@@ -116,7 +116,7 @@ def read_rules(path: Path) -> None:
     with contextlib.chdir(path.parents[1]):
         settings_in(path)
         for name in RULES:
-            line_controller(name, env.unwrapped.core).act(observed(features, np.zeros(2)))
+            registry.make(name, env.unwrapped.core).act(observed(features, np.zeros(2)))
 
 
 @cache
@@ -136,4 +136,4 @@ def read_network(path: Path) -> None:
 
 def read_report(path: Path) -> None:
     """Tables and drawings of a result, alone in its folder."""
-    read_chapters(path.parents[path.suffix == ".npz"])
+    __main__.read(path.parents[path.suffix == ".npz"])

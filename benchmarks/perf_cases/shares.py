@@ -56,7 +56,7 @@ TRAINING: Final[Parts] = (
     ("libraries, cells and networks", {"open_trial"}),
     ("libraries, cells and networks", {"Session.create"}),
     ("choice of actions", {"OffPolicyAlgorithm._sample_action"}),
-    ("checkpoints", {"RunFolder.save_checkpoint"}),
+    ("checkpoints", {"RunFolder.save"}),
 )
 REST: Final = "everything else"
 STEPS: Final = (

@@ -10,9 +10,9 @@ import numpy as np
 
 from agents.controllers import make_controller
 from agents.controllers.protocol import Controller
+from agents.ground import metrics
 from agents.ground.cli import UsageError
 from agents.ground.environments import Env, core_of, make_vector
-from agents.ground.metrics import mean_difference, mean_interval
 from agents.judging.loop import throw_held_out
 from agents.judging.throws import Throws
 from agents.results.study import Amount, Figures, Settings
@@ -47,7 +47,7 @@ def camera(settings: Settings, amount: Amount) -> list[Figures]:
         }
     static = next(iter(errors.values()))
     return [
-        {"controller": name, "error_m": vars(mean_interval(e)), "over_static_m": vars(mean_difference(e, static))}
+        {"controller": name, "error_m": vars(metrics.interval(e)), "over_static_m": vars(metrics.difference(e, static))}
         for name, e in errors.items()
     ]
 

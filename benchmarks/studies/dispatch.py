@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.ground.metrics import mean_interval
+from agents.ground import metrics
 from agents.results.study import Amount, Figures, Settings
 from benchmarks.studies.cells import generators
 from benchmarks.studies.throws import throw
@@ -41,10 +41,12 @@ def rules(settings: Settings, amount: Amount) -> list[Figures]:
     rows: list[Figures] = []
     for rule, shifts in by_rule.items():
         gains = {
-            f"{name}_gain": None if shifts is first else vars(mean_interval(shifts[name] / first[name] - 1.0))
+            f"{name}_gain": None if shifts is first else vars(metrics.interval(shifts[name] / first[name] - 1.0))
             for name in ("picks_per_min", "sorted_per_min", "recovery")
         }
-        rows.append({"rule": rule, **{name: vars(mean_interval(column)) for name, column in shifts.items()}, **gains})
+        rows.append(
+            {"rule": rule, **{name: vars(metrics.interval(column)) for name, column in shifts.items()}, **gains}
+        )
     return rows
 
 

@@ -11,15 +11,16 @@ from typing import Any, Final, cast
 
 import numpy as np
 
+from agents.grasping import rules
 from agents.grasping.features import SIGHTS, PlaceFeatures, place_features
 from agents.grasping.practice import Practice, network_places, practise
-from agents.grasping.rules import DEPTH_SETTINGS, PLACES, colour_settings, tune
+from agents.grasping.rules import DEPTH_SETTINGS, PLACES, tune
 from agents.grasping.scenes import Scenes, Tries, with_drawn_kinds
 from agents.ground.metrics import rate_difference, throughput, wilson
+from agents.judging import trials
 from agents.judging.evaluation import open_cells
 from agents.judging.throw_record import ThrowRecord
 from agents.judging.throws import Throws
-from agents.judging.trials import trial_of
 from agents.results.study import Amount, Figures, Settings
 from pnt_gym.arrays import concatenate_records, take
 from pnt_gym.cells.grasp.config import GraspConfig
@@ -77,7 +78,7 @@ def tuning(settings: Settings, amount: Amount) -> Figures:
         amount: nothing of it.
     """
     depth = tune("grasp", DEPTH_SETTINGS, settings["tries"], settings["seed"])
-    colour = tune("grasp", colour_settings(depth), settings["tries"], settings["seed"] + 1)
+    colour = tune("grasp", rules.settings(depth), settings["tries"], settings["seed"] + 1)
     return {"tuned": list(depth), "coloured": list(colour)}
 
 
@@ -158,7 +159,7 @@ def _throws(level: str, controller: str, options: str, practice: int, seed: int,
     """Throws of a controller after its practice; level and options as JSON, which can be remembered."""
     config = GraspConfig.load(json.loads(level))
     with open_cells(ENV, {"level": config, "num_envs": CELLS, "threads": 1}) as cells:
-        trial = trial_of(cells)
+        trial = trials.of(cells)
         actor = trial.controller(controller, **json.loads(options))
         actor.reset(seed)
         actor = trial.practise(actor, practice, seed)

@@ -7,10 +7,11 @@ from contextlib import closing
 from typing import Final
 
 from agents.controllers.protocol import Controller
+from agents.dispatchers import registry
 from agents.dispatchers.decisions import make_release
-from agents.dispatchers.registry import ENV, NAMES, line_controller, line_core
+from agents.dispatchers.registry import ENV, NAMES, line_core
+from agents.ground import metrics
 from agents.ground.environments import Env, make_vector, stream_seed
-from agents.ground.metrics import mean_interval
 from agents.ground.places import SHIPPED, at
 from agents.judging.shifts import Shifts, run_shifts
 from agents.results.study import Amount, Figures, Settings
@@ -56,7 +57,7 @@ def release(settings: Settings, amount: Amount) -> Iterator[Figures]:
 
 def _controller(name: str, level: str, core: LineCore) -> Controller:
     """A controller by name, or what was learned for a level."""
-    return line_controller(name if name in NAMES else str(LEARNED / level / name), core)
+    return registry.make(name if name in NAMES else str(LEARNED / level / name), core)
 
 
 def _shifts(controller: Controller, env: Env, amount: Amount) -> Shifts:
@@ -69,9 +70,9 @@ def _figures(shifts: Shifts, first: Shifts | None = None) -> Figures:
     picked = shifts.decisions["picked"].astype(bool)
     values = shifts.value
     return {
-        "value_per_min": vars(mean_interval(values)),
+        "value_per_min": vars(metrics.interval(values)),
         "value_per_min_by_shift": values.tolist(),
-        **({} if first is None else {"gain": vars(mean_interval((values - first.value) / first.value.mean()))}),
+        **({} if first is None else {"gain": vars(metrics.interval((values - first.value) / first.value.mean()))}),
         "picks": len(picked),
         "pick_rate": float(picked.mean()),
         "success": float(shifts.decisions["is_success"].astype(bool)[picked].mean()),

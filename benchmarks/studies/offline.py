@@ -12,7 +12,7 @@ import numpy as np
 
 from agents.controllers import make_controller
 from agents.controllers.protocol import Controller, Observation, Outcome
-from agents.dataset.collection import unpack_episodes
+from agents.dataset import collection
 from agents.dataset.crew import Crew
 from agents.dataset.episodes import Episode
 from agents.ground.cli import NUM_ENVS
@@ -70,7 +70,7 @@ def collect(crew: Crew, throws: int) -> list[Episode]:
             content = job.run(Path(place))
             assert isinstance(content, bytes)
             file.write_bytes(content)
-            episodes += unpack_episodes(file)
+            episodes += collection.unpack(file)
     return episodes
 
 

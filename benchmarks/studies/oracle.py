@@ -107,7 +107,7 @@ def errors(settings: Settings, amount: Amount) -> Figures:
         "oracle": vars(metrics.wilson(int(exact[picked].sum()), int(picked.sum()))),
         "near": float(near[picked].mean()),
         "far": float(far[picked].mean()),
-        "difference": vars(metrics.mean_difference(near[picked].astype(float), far[picked].astype(float))),
+        "difference": vars(metrics.difference(near[picked].astype(float), far[picked].astype(float))),
     }
 
 

@@ -234,7 +234,7 @@ def speed(settings: Settings, amount: Amount) -> Figures:
     a, b = (str(at(name)) if "/" in name else name for name in settings["controllers"])
     began = time.perf_counter()
     cell = {name: settings[name] for name in ("level", "threads")}
-    report = compare(a, b, settings["env"], amount.throws, amount.seed, **cell)
+    report = compare(a, b, settings["env"], amount.seed, budget=amount.throws, **cell)
     seconds = round(time.perf_counter() - began, 1)
     (pair,) = report["pairs"]
     figure = pair["figures"]["landing_error_m"]

@@ -105,7 +105,7 @@ def _of_thrown(failed: Callable[[Infos], Any]) -> Callable[[Thrown], float]:
 
 
 def _interval_by_shift(name: str) -> Callable[[Thrown], dict[str, float]]:
-    return lambda thrown: vars(metrics.mean_interval(thrown.by_shift(name).mean(axis=0)))
+    return lambda thrown: vars(metrics.interval(thrown.by_shift(name).mean(axis=0)))
 
 
 def _success_interval(thrown: Thrown) -> dict[str, float]:
@@ -127,9 +127,7 @@ FIGURES: Final[dict[str, Callable[[Thrown], Any]]] = {
     "success_interval": _success_interval,
     "success_by_item": lambda thrown: thrown.by_item("is_success", np.full(len(thrown.picked), True)),
     "picks_per_min": lambda thrown: thrown.pace.attempted,
-    "picks_per_min_interval": lambda thrown: vars(
-        metrics.mean_interval(60.0 / thrown.by_shift("cycle_time").mean(axis=0))
-    ),
+    "picks_per_min_interval": lambda thrown: vars(metrics.interval(60.0 / thrown.by_shift("cycle_time").mean(axis=0))),
     "sorted_per_min": lambda thrown: thrown.pace.sorted,
     "cycle_time": lambda thrown: thrown.pace.cycle_time,
     "wait_time": _mean("wait_time"),

@@ -98,7 +98,7 @@ def _sac(lesson: Lesson, marks: list[int]) -> Iterator[Figures]:
             began = time.process_time()
             learn(model, env, run, {**run_args, "steps": mark}, Stop(), window, quick=quick, quiet=True)
             seconds += time.process_time() - began
-            policy = run_policy(run.load_actor(run.checkpoints[-1]), run_args, lesson.full, "sac")
+            policy = run_policy(run.actor(run.checkpoints[-1]), run_args, lesson.full, "sac")
             yield {"throws": mark, "seconds": seconds, **_worth(policy, lesson)}
 
 

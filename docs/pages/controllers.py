@@ -6,9 +6,9 @@ from functools import cache
 from typing import Any
 
 import pnt_gym
-from agents.controllers import NAMES, Controller, Learner, make_controller
-from agents.controllers.named import describe_controller
-from agents.dispatchers.registry import CHOICES, line_controller, line_core
+from agents.controllers import NAMES, Controller, Learner, make_controller, named
+from agents.dispatchers import registry
+from agents.dispatchers.registry import CHOICES, line_core
 from agents.dispatchers.registry import NAMES as line_names
 from agents.ground.cli import UsageError
 from agents.ground.environments import config_of, make_vector
@@ -44,14 +44,14 @@ def controller_table(_: str) -> str:
         usable = {i: controller for i in pnt_gym.ENV_IDS if (controller := _controller(name, i)) is not None}
         first = next(iter(usable.values()))
         learns = "yes" if isinstance(first, Learner) else "no"
-        rows.append((f"`{name}`", learns, _environment_names([*usable]), describe_controller(name, first)))
+        rows.append((f"`{name}`", learns, _environment_names([*usable]), named.describe(name, first)))
     return table(("controller", "learns", "environments", "what it does"), rows)
 
 
 def line_controller_table(_: str) -> str:
     """A table of the controllers of a line."""
     core = line_core(make_vector("PnTLine-v0", num_envs=1, threads=1))
-    rows = [(f"`{name}`", CHOICES[name]) for name in line_names if line_controller(name, core).name == name]
+    rows = [(f"`{name}`", CHOICES[name]) for name in line_names if registry.make(name, core).name == name]
     return table(("controller", "its choice"), rows)
 
 

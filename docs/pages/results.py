@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from agents.ground.places import SHIPPED as ROOT
-from agents.report.contents import read_results
+from agents.report import contents
 from agents.reproduce.record import Record, verdicts
 
 from .marks import table
@@ -17,7 +17,7 @@ VERDICTS: Final = ("reproduced", "differs", "misprint", "infeasible", "not repro
 
 def verdict_table(_: str) -> str:
     """A table of the number of figures of each paper by verdict."""
-    record: Record = read_results(RESULTS / "reproduction.json")
+    record: Record = contents.read(RESULTS / "reproduction.json")
     counts = {paper: {row[0]: row[1] for row in verdicts(record, paper).rows} for paper in record["titles"]}
     rows = [(title, *(counts[paper].get(name, "0") for name in VERDICTS)) for paper, title in record["titles"].items()]
     return table(("paper", *VERDICTS), rows)

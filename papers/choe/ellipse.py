@@ -55,7 +55,7 @@ def _example_rows() -> list[Row]:
         ("misprint/eq-38", 0.06852, low, "m", 5, low + HALF_RISE, above),
     )
     return [
-        Row.compared(f"choe/{name}", published, value, unit, within=printed(digits), explained=slip, note=note)
+        Row.compared(f"choe/{name}", published, value, unit, within=printed(digits), note=note).explain(slip)
         for name, published, value, unit, digits, slip, note in figures
     ]
 
@@ -68,11 +68,10 @@ def _numbering_row() -> Row:
         "(24), (25)",
         numbers,
         "-",
-        explained=next((cited for cited, number in CITED.items() if number == numbers), None),
         note="equations that give the top; the text has another numbering. Evaluated, Eq. 37 gives it, and Eq. 24 is "
         f"the ellipse itself, A x^2 + B x y + C y^2 = {_equation_24(e, *e.top):.3f}",
         cited_and_meant=CITED,
-    )
+    ).explain(next((cited for cited, number in CITED.items() if number == numbers), None))
 
 
 CITED: Final = {

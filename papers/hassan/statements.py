@@ -75,10 +75,9 @@ def _gain_rows() -> Iterator[Row]:
             if of_picks
             else f"fall of the cycle time, as an improvement of the performance; picks/min rise by {rise:.1f} %. Equal "
             "within a whole unit of the last digit, as the printed figure may be cut",
-            explained=fall if of_picks else None,
             cycle_time_reduction_percent=fall,
             rise_of_picks_percent=rise,
-        )
+        ).explain(fall if of_picks else None)
 
 
 def _peak_rows() -> Iterator[Row]:
@@ -131,13 +130,12 @@ def _brake_point_row() -> Row:
         max(shares),
         "of the way to the target",
         holds=all(cases.WORKSPACE.contains(end).all() for end in ends),
-        explained=inside if all(cases.WORKSPACE.contains(stop).all() for stop in stops) else None,
         note=f"a hand that runs the whole stroke 2 P_r stops {100 * (min(shares) - 1):.0f} to "
         f"{100 * (max(shares) - 1):.0f} % beyond the outside target, {min(radii):.2f} to {max(radii):.2f} m from the "
         f"axis (target {target:.2f} m); one that brakes at the release stays inside",
         least_share=min(shares),
         radii_m=radii,
-    )
+    ).explain(inside if all(cases.WORKSPACE.contains(stop).all() for stop in stops) else None)
 
 
 def _acceleration_row() -> Row:
@@ -156,11 +154,10 @@ def _acceleration_row() -> Row:
         low,
         "picks/min",
         within=share(published, cases.CLOSE),
-        explained=full,
         note=f"proposed throw at 30 % of A_max = 12 m/s2 as IV-B3 prints it; 12 G gives {full:.1f}",
         picks_per_min_12=low,
         picks_per_min_120=full,
-    )
+    ).explain(full)
 
 
 def _jerk_rows() -> list[Row]:

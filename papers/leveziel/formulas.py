@@ -228,10 +228,9 @@ def _theta_row(poses: Floats) -> Row:
         "the relative angle between the two parts",
         each if np.allclose(ratio, 2.0) else "the relative angle between the two parts",
         "-",
-        explained="the relative angle between the two parts" if np.allclose(0.5 * ratio, 1.0) else None,
         note=f"by Eqs. 3 and 4 the two parts stand {ratio.min():.3f} to {ratio.max():.3f} times theta apart: each "
         "turns by theta against the middle level, one up and one down, and half of the relative angle is meant",
-    )
+    ).explain("the relative angle between the two parts" if np.allclose(0.5 * ratio, 1.0) else None)
 
 
 def _omission_rows() -> Iterator[Row]:

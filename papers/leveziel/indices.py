@@ -110,13 +110,12 @@ def _ratio_rows(gripping: TauHull) -> Iterator[Row]:
         _format_range(*RATIOS),
         _format_range(low, high),
         "-",
-        explained=_format_range(*scaled),
         note=f"1/tau by Eq. 10 as printed, {low:.2f} to {high:.2f} in the reduced workspace from -60 to -30 deg, ends "
         f"at {np.rad2deg(lean):.0f} and {np.rad2deg(steep):.0f} deg: how far the platform folds at most per motion of "
         "the motors",
         low=low,
         high=high,
-    )
+    ).explain(_format_range(*scaled))
     yield Row.ours(
         "leveziel/statement/transmission-ratios-scaled",
         _format_range(*scaled),

@@ -118,10 +118,9 @@ def _control_points_row(plan: ThrowPlan) -> Row:
         f"{INTERVALS + 3} control points",
         f"{len(as_printed)} control points",
         "-",
-        explained=f"{plan.motion.knots.shape[1]} control points",
         note="Eq. 14 has n + 3; Eq. 13 as printed, with segments i = 0..n of control points i-1 to i+2, needs one "
         "more. Between 0 and t_n lie n intervals with n + 1 knots: with segments i = 0..n-1 the two agree",
-    )
+    ).explain(f"{plan.motion.knots.shape[1]} control points")
 
 
 def _sign_row(plan: ThrowPlan) -> Row:
@@ -136,11 +135,10 @@ def _sign_row(plan: ThrowPlan) -> Row:
         "a maximum exists",
         _maximum(as_printed),
         "-",
-        explained=_maximum(with_sign),
         note=f"printed without Delta M_A <= 0 in Eqs. 27 to 32, M_A = {1e3 * margin:.1f} mN m also satisfies Delta M_A "
         "= 1 or 100 N m, and the squares of the objective reward these; the text has the sign, the others need >= 0",
         objective_by_delta={f"{delta:g}": value for delta, value in values.items()},
-    )
+    ).explain(_maximum(with_sign))
 
 
 def _maximum(values: list[float]) -> str:
@@ -156,8 +154,8 @@ def _time_row(plan: ThrowPlan) -> Row:
         f"printed the motion of the example would have to take {flight / run_up:.2f} times as long. The text to Fig. 6 "
         "has t_i for t_t"
     )
-    return Row.compared(
-        "miyashita/misprint/eq-23", "t_f = t_n", ends, "-", explained=ends.replace("t_t", "t_f"), note=note
+    return Row.compared("miyashita/misprint/eq-23", "t_f = t_n", ends, "-", note=note).explain(
+        ends.replace("t_t", "t_f")
     )
 
 
@@ -170,11 +168,10 @@ def _torque_row(plan: ThrowPlan) -> Row:
         float(torque_limit(np.array(ARM.speed), ARM)),
         "N m",
         within=printed(0),
-        explained=float(torque_limit(speeds, ARM).max()),
         note="tau_max = xi(dtheta_max) as printed is one number for all speeds, that at the largest one, and not the "
         f"18 N m of section 6.1; Fig. 3 means xi(dtheta), which begins there and is {needed:g} N m at the release of "
         "the example",
-    )
+    ).explain(float(torque_limit(speeds, ARM).max()))
 
 
 def _jump_row(plan: ThrowPlan) -> Row:

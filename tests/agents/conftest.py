@@ -88,7 +88,7 @@ def worker_here(monkeypatch: pytest.MonkeyPatch) -> None:
             with side_by_side(count, jobs, folder) as ended:
                 yield ended
         else:
-            yield ((job, work.run_job(pickle.loads(pickle.dumps(job)), folder)) for job in jobs)
+            yield ((job, work.run(pickle.loads(pickle.dumps(job)), folder)) for job in jobs)
 
     monkeypatch.setattr(work, "_side_by_side", here)
     monkeypatch.setattr(

@@ -18,7 +18,7 @@ from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
 from agents.judging.loop import practise, throw_held_out
 from agents.judging.throw_record import summary
-from agents.learning.trained import resolve_task
+from agents.learning import trained
 from agents.publish import __main__ as publish
 from tests.tools.commands import answer, call, figures_of, output_of, refused
 from tests.tools.lob import write_entry_point, write_package
@@ -49,7 +49,7 @@ def test_training_in_an_environment_of_a_users_module(here: Path) -> None:
     assert "learned (sac)" in output_of(start, here)
     # What a run folder names is imported only if the user names it too.
     for attempt in (
-        lambda: resolve_task(str(here / "run"), None, None, None),
+        lambda: trained.resolve(str(here / "run"), None, None, None),
         lambda: train.main(train.Arguments(resume=here / "run", steps=40)),
         lambda: publish.main(publish.Arguments(here / "run", to=here / "kept")),
     ):

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from agents.ground import levels
 from agents.ground.files import json_text
-from agents.ground.levels import FAMILIES, assumed_text, assumed_values, shipped_levels
+from agents.ground.levels import FAMILIES, assumed_text, shipped_levels
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.reading import parsed_json, yaml_of
 from tests.tools.commands import output_of, refused
@@ -35,7 +36,7 @@ def test_what_is_assumed_is_short_on_the_terminal_and_whole_in_a_file(desk: Path
     (desk / "plant.yaml").write_text(plant_text())
     config = LineConfig.load("plant.yaml")
     assert "zones (3 of them)" in assumed_text(config)
-    written = parsed_json(json_text(assumed_values(config)))["assumed"]["alu"]
+    written = parsed_json(json_text(levels.values(config)))["assumed"]["alu"]
     assert [zone["chance"] for zone in written["zones"]] == [0.8, 0.7, 0.4]
     assert written["drag"] == 1.15
 

@@ -115,7 +115,7 @@ def test_a_table_of_fewer_throws_is_not_taken_for_that_of_more(run: Path, monkey
     with monkeypatch.context() as patch:
         patch.setattr("agents.judging.throw_trial.throw_held_out", killed)
         assert answered(*RESUME, "--steps", "24")[0] != 0
-    assert RunFolder(run).load_model().num_timesteps == 24
+    assert RunFolder(run).load().num_timesteps == 24
     assert not (run / "evaluation.json").exists()
     assert answered(*RESUME)[0] == 0
     assert (run / "evaluation.json").exists()
@@ -157,7 +157,7 @@ def test_a_disk_that_is_full_costs_no_more_than_the_leg(run: Path, here: Path, s
     kept = state(here)
     assert all(kept[name] == whole[name] for name in whole if "/checkpoints/0" in name and "buffer" not in name)
     assert answered(*RESUME, "--steps", "24")[0] in (0, 2)
-    assert RunFolder(run).load_model().num_timesteps == 24
+    assert RunFolder(run).load().num_timesteps == 24
 
 
 LEARNS = ("torch", "stable_baselines3", "sb3_contrib")

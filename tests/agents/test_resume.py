@@ -43,7 +43,7 @@ ASKED: dict[str, Any] = {
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "run").mkdir()
-    RunFolder(tmp_path / "run").write_arguments(ASKED)
+    RunFolder(tmp_path / "run").write(ASKED)
     return tmp_path / "run"
 
 
@@ -73,7 +73,7 @@ def test_an_option_given_with_a_resume_counts_or_is_refused(folder: Path, name: 
 @pytest.mark.parametrize("name", LATER)
 def test_a_folder_of_an_older_version_has_the_default_of_a_new_run(folder: Path, name: str) -> None:
     older = {key: value for key, value in ASKED.items() if key != name}
-    RunFolder(folder).write_arguments(older)
+    RunFolder(folder).write(older)
     assert request(vars(Arguments(resume=folder))) == {**ASKED, name: DEFAULTS[name]}
 
 
@@ -82,7 +82,7 @@ def test_a_folder_of_an_older_version_has_the_default_of_a_new_run(folder: Path,
     [("eval_picks", -1), ("eval_picks", True), ("eval_picks", "9"), ("tensorboard", 1), ("tensorboard", None)],
 )
 def test_a_damaged_argument_is_one_sentence(folder: Path, name: str, value: object) -> None:
-    RunFolder(folder).write_arguments({**ASKED, name: value})
+    RunFolder(folder).write({**ASKED, name: value})
     with pytest.raises(UsageError, match=f"is damaged: args.yml has {name} {value!r}"):
         request(vars(Arguments(resume=folder)))
 

@@ -55,8 +55,8 @@ def restored(folder: Path, env: str) -> Any:
 
 def assert_acts_as_its_model(folder: Path, checkpoint: Path | None = None) -> None:
     seen = np.random.default_rng(5).standard_normal((50, 26)).astype(np.float32)
-    theirs = RunFolder(folder).load_model(None, checkpoint).predict(seen, deterministic=True)[0]
-    np.testing.assert_allclose(RunFolder(folder).load_actor(checkpoint)(seen), theirs, rtol=0, atol=1e-6)
+    theirs = RunFolder(folder).load(None, checkpoint).predict(seen, deterministic=True)[0]
+    np.testing.assert_allclose(RunFolder(folder).actor(checkpoint)(seen), theirs, rtol=0, atol=1e-6)
 
 
 def resumed(folder: Path, **changes: Any) -> Arguments:
@@ -82,7 +82,7 @@ def test_a_policy_learns_without_a_planner(asked: Arguments, tmp_path: Path) -> 
     main(replace(asked, steps=64, eval_picks=16, **mode))
     rows = read_json(tmp_path / "run" / "evaluation.json")
     assert [row["controller"] for row in rows] == ["fixed_throw", "learned (sac)"]
-    assert RunFolder(tmp_path / "run").load_actor(None)(np.zeros((5, 26), dtype=np.float32)).shape == (5, 3)
+    assert RunFolder(tmp_path / "run").actor(None)(np.zeros((5, 26), dtype=np.float32)).shape == (5, 3)
     env = make_vector("PnTRelease-v0", "waste", 4, action_mode="fixed_throw")
     policy = make_controller(str(tmp_path / "run"), env)
     assert np.isfinite(throw_held_out(policy, env, 8, 0).landing_error).any()
@@ -132,7 +132,7 @@ def test_other_algorithms_train_and_resume(asked: Arguments, tmp_path: Path, alg
     begun = replace(asked, algo=algo, config=config, steps=64, checkpoint_every=64)
     main(begun)
     main(resumed(tmp_path / "run", steps=128))
-    assert RunFolder(tmp_path / "run").load_model().num_timesteps == 128
+    assert RunFolder(tmp_path / "run").load().num_timesteps == 128
     assert_acts_as_its_model(tmp_path / "run")
     main(replace(begun, steps=128, out=tmp_path / "whole"))
     pairs = zip(weights(tmp_path / "run"), weights(tmp_path / "whole"), strict=True)

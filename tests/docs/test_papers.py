@@ -5,8 +5,8 @@ import re
 import pytest
 
 from agents.ground.files import read_json
+from agents.reproduce import finding
 from agents.reproduce.__main__ import PARTS_HELP
-from agents.reproduce.finding import judge_statements
 from agents.reproduce.papers import PAPERS, PART_NAMES, PUBLISHED_RESULTS, package
 from docs.pages import made
 from docs.pages.throw import resolve
@@ -162,5 +162,5 @@ def test_every_number_in_the_prose_is_a_figure_of_the_results(paper):
 
 @pytest.mark.parametrize("paper", PAPERS)
 def test_what_the_pages_say_holds_was_reproduced(paper):
-    verdicts = judge_statements(row for row in RESULTS["rows"] if row["paper"] == paper)
+    verdicts = finding.judge(row for row in RESULTS["rows"] if row["paper"] == paper)
     assert {name: verdicts[name] for name in HOLD[paper]} == dict.fromkeys(HOLD[paper], "reproduced")

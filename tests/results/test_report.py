@@ -4,9 +4,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from agents.ground.places import SHIPPED as ROOT
-from agents.report.__main__ import read_chapters
+from agents.report import __main__, page
 from agents.report.blocks import fill, makers_from
-from agents.report.page import UNASKED, index_page, sections
+from agents.report.page import UNASKED, sections
 from agents.report.questions import QUESTIONS
 
 RESULTS = ROOT / "results"
@@ -17,7 +17,7 @@ def chapters():
     """Chapters without their drawings, which the tests of the report look at."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", lambda *_, **__: None)
-        return read_chapters(RESULTS)
+        return __main__.read(RESULTS)
 
 
 def test_every_result_belongs_to_a_question_and_has_tables_with_their_conditions(chapters):
@@ -35,7 +35,7 @@ def test_every_result_belongs_to_a_question_and_has_tables_with_their_conditions
 
 def test_the_index_is_what_the_results_give(chapters):
     text = (RESULTS / "README.md").read_text(encoding="utf-8")
-    assert index_page(sections(chapters, RESULTS)) == text, "run python -m agents.report"
+    assert page.index(sections(chapters, RESULTS)) == text, "run python -m agents.report"
 
 
 @pytest.mark.parametrize("name", ["README.md", *(f"results/{question.name}.md" for question in QUESTIONS)])

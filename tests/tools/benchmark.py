@@ -8,8 +8,8 @@ from typing import Any
 from agents.benchmark.run import run_piece
 from agents.ground.files import json_text
 from agents.ground.versions import versions
+from agents.results import content
 from agents.results.compare import assemble
-from agents.results.content import write_result
 from agents.results.plan import Plan, pieces
 
 
@@ -32,7 +32,7 @@ def carried_out(content: Mapping[str, Any], work: Path) -> dict[str, Any]:
 def write(path: Path, data: Mapping[str, Any]) -> None:
     """Write a result and its policies, as a command does."""
     head = {name: value for name, value in data.items() if name not in ("decimals", "results", "policies")}
-    write_result(path, head, data["results"], data.get("policies", {}))
+    content.write(path, head, data["results"], data.get("policies", {}))
 
 
 def forge(data: dict[str, Any]) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from agents.controllers.protocol import Observation
-from agents.dispatchers.decisions import line_observation
+from agents.dispatchers import decisions
 from agents.dispatchers.registry import line_core
 from agents.dispatchers.rules import IndexRule
 from agents.ground.environments import make_vector
@@ -68,7 +68,7 @@ def observed(env: Any, steps: int, seed: int = 3) -> Iterator[tuple[Observation,
     """Observations along shifts of the ATC rule, with the info of each."""
     rule, (features, info) = IndexRule("atc", "atc", patience=1.0), env.reset(seed=seed)
     for _ in range(steps):
-        seen = line_observation(np.array(features, dtype=np.float32))
+        seen = decisions.observe(np.array(features, dtype=np.float32))
         yield seen, info
         features, *_, info = env.step(rule.act(seen))
 

@@ -25,7 +25,7 @@ class Space(gym.Env[Any, Any]):
 
 def weights(folder: Path, checkpoint: Path | None = None) -> list[np.ndarray]:
     """All numbers of the model that a run left."""
-    return [part.detach().numpy() for part in RunFolder(folder).load_model(None, checkpoint).policy.parameters()]
+    return [part.detach().numpy() for part in RunFolder(folder).load(None, checkpoint).policy.parameters()]
 
 
 def model(algorithm: Any, env: Any = None) -> Any:

@@ -15,10 +15,11 @@ from agents.ground.cluster import Needs
 from agents.ground.places import SHIPPED as ROOT
 from agents.judging.throw_record import ThrowRecord
 from agents.judging.throws import OUTCOMES, kept_rows
+from agents.report import tables
 from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
 from agents.report.blocks import fill, makers_from
-from agents.report.tables import benchmark_grids, benchmark_table, failure_table, sorting_table
+from agents.report.tables import sorting_table
 from agents.results import plan as plans
 from agents.results.compare import assemble
 from agents.results.plan import Plan, needs, pieces, read_plan
@@ -125,10 +126,10 @@ def test_results_of_before_are_reported_without_what_they_do_not_tell(done: dict
     assert not {"recovery", "purity", "pick_rate", "drop_rate", "energy_per_pick_j"} & found.keys()
     old = [{k: v for k, v in row.items() if k not in ("share_astray", "share_unpicked")} for row in done["table"]]
     before = {**done, "table": [{k: v for k, v in row.items() if k != "share_dropped"} for row in old]}
-    headlines = [grid.headline for grid in benchmark_grids(before)]
+    headlines = [grid.headline for grid in tables.grids(before)]
     assert "What failed, level waste" in headlines
     assert not any("judged by" in headline for headline in headlines)
-    assert failure_table(before, "waste") == failure_table(done, "waste")
+    assert tables.failures(before, "waste") == tables.failures(done, "waste")
 
 
 def test_the_table_of_a_sorter_has_what_its_level_tells(done: dict[str, Any]) -> None:
@@ -137,7 +138,7 @@ def test_the_table_of_a_sorter_has_what_its_level_tells(done: dict[str, Any]) ->
     grid = sorting_table({**done, "table": table}, "waste")
     assert list(grid.header[2:]) == ["purity", "picks that sealed", "lost on the way", "energy per pick"]
     assert [row[2:] for row in grid.rows] == [["98.0 %", "90.0 %", "1.0 %", "40.0 J"]] * 2
-    assert "not picked" in failure_table({**done, "table": table}, "waste").header
+    assert "not picked" in tables.failures({**done, "table": table}, "waste").header
 
 
 def test_keys_change_with_what_numbers_depend_on(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -298,7 +299,7 @@ def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: P
     report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))
     assert figures == {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
     top = (tmp_path / "README.top").read_text()
-    assert benchmark_table(done).markdown() in top
+    assert tables.table(done).markdown() in top
     assert top.startswith("# x\n<!-- table:benchmark -->")
     assert top.endswith("<!-- /table -->\nend\n")
     assert "\nold\n" not in top

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 import yaml
 
-from agents.ground.work import Completion, Job, run_job
+from agents.ground import work
+from agents.ground.work import Completion, Job
 from agents.results.content import read_form
 from tests.tools.benchmark import forge, toy_plan, write
 from tests.tools.commands import answered, refused
@@ -24,7 +25,7 @@ COMMAND = ("agents.benchmark", "--config", "plan.yaml", "--jobs", "1", "--out", 
 @contextmanager
 def in_this_process(jobs: Sequence[Job], folder: Path) -> Iterator[Iterator[tuple[Job, Completion]]]:
     """A pool without processes of its own, in which the toy environments exist."""
-    yield ((job, run_job(job, folder)) for job in jobs)
+    yield ((job, work.run(job, folder)) for job in jobs)
 
 
 def benchmark(plan: dict[str, Any], *options: str) -> dict[str, Any]:

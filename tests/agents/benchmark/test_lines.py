@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers import registry
+from agents.dispatchers.registry import line_core
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector, stream_seed
 from agents.ground.places import SHIPPED
@@ -130,7 +131,7 @@ def test_what_is_searched_is_what_the_command_finds(done: dict[str, Any], work: 
     output_of("line tune --level one.yaml --what index --generations 1 --seed 1 --out rules.yaml", work)
     settings = yaml.safe_load((work / "rules.yaml").read_text())["one"]["index"]
     with closing(make_vector("PnTLine-v0", str(work / "one.yaml"), 2, 1)) as env:
-        index = line_controller("index", line_core(env), **settings)
+        index = registry.make("index", line_core(env), **settings)
         found = run_shifts(index, env, PLAN["shifts"], stream_seed("evaluate", 0))
     row = rows_by(done)["found", 1, "one.yaml"]
     assert row["seeds"] == [1]

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from agents.ground.work import Completion, Job, run_job
+from agents.ground import work
+from agents.ground.work import Completion, Job
 from tests.tools.commands import answered, refused
 
 SMALL = """
@@ -37,7 +38,7 @@ def desk_with_a_plan(desk: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     @contextmanager
     def in_this_process(jobs: Sequence[Job], folder: Path) -> Iterator[Iterator[tuple[Job, Completion]]]:
         JOBS.extend(job.name for job in jobs)
-        yield ((job, run_job(job, folder)) for job in jobs)
+        yield ((job, work.run(job, folder)) for job in jobs)
 
     monkeypatch.setattr("agents.ground.cluster.pool", lambda *_: in_this_process)
     (desk / "plan.yaml").write_text(SMALL)

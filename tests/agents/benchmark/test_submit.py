@@ -8,7 +8,8 @@ import pytest
 
 from agents.benchmark.submit import submission_name
 from agents.ground.places import POLICY
-from agents.report.submissions import HEADER, submissions_grid
+from agents.report import submissions
+from agents.report.submissions import HEADER
 from agents.results import compare
 from agents.results.content import read_form
 from tests.tools.benchmark import write
@@ -132,7 +133,7 @@ def test_submissions_stand_beside_the_benchmarks_rows_with_paired_differences(he
     submit("analytic", "--out", ".")
     data = read_form(here.parent / "analytic.json").data
     write(results / "benchmark.json", data)
-    rows = [dict(zip(HEADER, row, strict=True)) for row in submissions_grid(results).rows]
+    rows = [dict(zip(HEADER, row, strict=True)) for row in submissions.grid(results).rows]
     assert [(row["level"], row["controller"], row["by"]) for row in rows] == [
         ("waste", "analytic", "the project"),
         ("waste", here.stem, "Me"),
@@ -142,12 +143,12 @@ def test_submissions_stand_beside_the_benchmarks_rows_with_paired_differences(he
     assert [row["landing, less the planner's"] for row in rows] == ["-", "0.0 (0.0..0.0) mm"] * 2
     data["results"][0]["columns"]["item"][0] += 1
     write(results / "benchmark.json", data)
-    changed = dict(zip(HEADER, submissions_grid(results).rows[1], strict=True))
+    changed = dict(zip(HEADER, submissions.grid(results).rows[1], strict=True))
     assert changed["landing, less the planner's"] == "-"
 
 
 def test_without_submissions_there_is_no_table(tmp_path: Path) -> None:
-    assert submissions_grid(tmp_path).rows == []
+    assert submissions.grid(tmp_path).rows == []
 
 
 def test_the_usual_name() -> None:

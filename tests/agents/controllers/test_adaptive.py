@@ -17,9 +17,9 @@ from agents.controllers.regression import Mlp
 from agents.controllers.trackers import drift_effects
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
+from agents.judging import trials
 from agents.judging.loop import observed, practise, throw_held_out
 from agents.judging.throw_record import summary
-from agents.judging.trials import trial_of
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 from tests.agents.controllers.test_trackers import network, throws
 from tests.tools.drifting import QUICK
@@ -304,7 +304,7 @@ def test_practice_forgets_what_was_shipped_and_pays(env: Any, monkeypatch: pytes
 def test_whole_shifts_are_counted_whatever_an_action_means(mode: str) -> None:
     with closing(make_vector("PnTAdapt-v0", LEVEL, 2, 1, mode)) as env:
         assert has_feedback(core_of(env))
-        assert trial_of(env).count() == 12
+        assert trials.of(env).count() == 12
     with closing(make_vector("PnTConveyor-v0", "waste", 2, 1, mode)) as env:
         assert not has_feedback(core_of(env))
-        assert trial_of(env).count() == 200
+        assert trials.of(env).count() == 200

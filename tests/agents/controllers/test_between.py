@@ -14,23 +14,23 @@ from gymnasium.wrappers import FrameStackObservation
 from stable_baselines3.common.vec_env import VecEnv
 
 from agents.benchmark.run import run_piece
-from agents.controllers import GRASPING_NAMES, NAMES, Learner, Observation, make_controller
-from agents.controllers.between import BASES, MemoryPolicy, make_wrapper, wrap_env
+from agents.controllers import GRASPING_NAMES, NAMES, Learner, Observation, between, make_controller
+from agents.controllers.between import BASES, MemoryPolicy
 from agents.controllers.own import run_policy
 from agents.dataset.episodes import episodes
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
+from agents.judging import trials
 from agents.judging.evaluation import evaluate
 from agents.judging.loop import throw_batches, throw_held_out
-from agents.judging.trials import trial_of
 from agents.learning.hyperparameters import MAX_STACK
 from agents.learning.runs import LATER, RunFolder
 from agents.learning.sb3 import build, load_policy
 from agents.learning.vec_env import SameStepVecEnv
 from agents.pictures.stage import Stage
+from agents.policies import weights
 from agents.policies.actor import Actor
 from agents.policies.networks import Dense, Lstm
-from agents.policies.weights import actor_of
 from agents.results.compare import assemble
 from agents.results.plan import Plan, pieces
 from agents.train import Arguments, main
@@ -72,7 +72,7 @@ def an_actor(seen: int, memories: int = 0) -> Actor:
 def test_a_stack_is_what_gymnasiums_own_wrapper_shows() -> None:
     single = FrameStackObservation(gym.make("PnTAdapt-v0", level=LEVEL), 3, padding_type="zero")
     actions = np.random.default_rng(1).uniform(-0.2, 0.2, (5, 1, 2)).astype(np.float32)
-    with closing(wrap_env(cells(1), asked(stack=3))) as env:
+    with closing(between.wrap(cells(1), asked(stack=3))) as env:
         assert env.single_observation_space.shape == (3 * FEATURES,)
         assert env.observation_space.contains(env.reset(seed=9)[0])
         seen, _ = env.reset(seed=9)
@@ -89,7 +89,7 @@ def test_a_stack_is_what_gymnasiums_own_wrapper_shows() -> None:
 
 
 def test_zero_over_a_controller_is_that_controller() -> None:
-    with closing(cells()) as plain, closing(wrap_env(cells(), asked(over="kalman"))) as env:
+    with closing(cells()) as plain, closing(between.wrap(cells(), asked(over="kalman"))) as env:
         kalman = make_controller("kalman", plain)
         kalman.reset(0)
         own = [part.info["landing_along"] for part in throw_batches(kalman, plain, 40, 3)]
@@ -109,7 +109,7 @@ def test_zero_over_a_controller_is_that_controller() -> None:
 def test_a_policy_is_evaluated_as_it_was_trained(stack: int, over: str, memories: int) -> None:
     """The same actions for the same objects, over two shifts and a bit."""
     actor, algo = an_actor(stack * FEATURES, memories), "recurrent_ppo" if memories else "sac"
-    with closing(cells()) as plain, closing(wrap_env(cells(), asked(stack, over, algo))) as env:
+    with closing(cells()) as plain, closing(between.wrap(cells(), asked(stack, over, algo))) as env:
         policy = run_policy(actor, asked(stack, over, algo), plain, "it")
         given: list[Any] = []
         act = policy.act
@@ -157,7 +157,7 @@ def test_controllers_under_a_policy_are_those_that_need_no_practice() -> None:
     with closing(cells(1)) as env:
         made = {name: make_controller(name, env) for name in NAMES if name not in GRASPING_NAMES}
         grasping = {*GRASPING_NAMES} - {"oracle_grasp"}
-        eager = {name for name, one in made.items() if isinstance(one, Learner) and trial_of(env).practice(one)}
+        eager = {name for name, one in made.items() if isinstance(one, Learner) and trials.of(env).practice(one)}
     assert set(BASES) == ({*made} - eager - {"random", "oracle", "oracle_drift"}) | grasping
 
 
@@ -171,7 +171,7 @@ def test_controllers_under_a_policy_are_those_that_need_no_practice() -> None:
 )
 def test_what_cannot_stand_between_is_refused(stack: int, over: str, said: str) -> None:
     with closing(cells(1)) as env, pytest.raises(UsageError, match=said):
-        make_wrapper(env, stack, over)
+        between.make(env, stack, over)
 
 
 def test_a_policy_with_a_memory_does_not_act_elsewhere() -> None:
@@ -208,7 +208,9 @@ def test_a_recurrent_model_of_others_remembers_too(tmp_path: Path) -> None:
     with closing(cells()) as env:
         for policy in (model, str(tmp_path / "model.zip")):
             figures = evaluate(policy, env, 20, trust=True)
-            expected = throw_held_out(MemoryPolicy(actor_of(model), "it", make_wrapper(env, 1, "analytic")), env, 20, 0)
+            expected = throw_held_out(
+                MemoryPolicy(weights.actor(model), "it", between.make(env, 1, "analytic")), env, 20, 0
+            )
             errors = [throw["landing_error_m"] for throw in figures["throws"]]
             np.testing.assert_array_equal(np.array(errors, dtype=float), expected.landing_error)
 
@@ -236,7 +238,7 @@ def test_a_resumed_run_with_a_memory_is_bit_for_bit_the_uninterrupted_one(
     main(Arguments(resume=halves, steps=80, eval_picks=0, threads=2))
     names = {one.name for one in RunFolder(whole).checkpoints} & {one.name for one in RunFolder(halves).checkpoints}
     assert names >= {"00000000", "00000040", "00000080"}
-    one, other = (dict(RunFolder(folder).load_model().policy.named_parameters()) for folder in (whole, halves))
+    one, other = (dict(RunFolder(folder).load().policy.named_parameters()) for folder in (whole, halves))
     assert all(torch.equal(one[name], other[name]) for name in one)
     assert (whole / "policy.npz").read_bytes() == (halves / "policy.npz").read_bytes()
 
@@ -246,12 +248,12 @@ def test_a_run_says_what_stands_between_and_older_ones_need_not(recipe: Argument
     run = tmp_path / "run"
     told = RunFolder(run).arguments
     assert (told["stack"], told["over"]) == (2, "static")
-    assert RunFolder(run).load_actor().sizes == (2 * FEATURES, 2)
+    assert RunFolder(run).actor().sizes == (2 * FEATURES, 2)
     assert [row["controller"] for row in yaml.safe_load((run / "evaluation.json").read_text())] == [
         "analytic", "virtual_goal", "static", "learned (recurrent_ppo)",
     ]  # fmt: skip
     old = {name: value for name, value in told.items() if name not in LATER}
-    RunFolder(run).write_arguments(old)
+    RunFolder(run).write(old)
     found = RunFolder(run).arguments
     assert (found["stack"], found["over"], found["fidelity"]) == (1, "analytic", "full")
 
@@ -273,7 +275,7 @@ def test_a_run_folder_that_says_otherwise_is_refused(
 ) -> None:
     main(replace(recipe, steps=20))
     run = tmp_path / "run"
-    RunFolder(run).write_arguments({**RunFolder(run).arguments, name: value})
+    RunFolder(run).write({**RunFolder(run).arguments, name: value})
     with closing(cells(1)) as env, pytest.raises(UsageError, match=said):
         make_controller(str(run), env)
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from agents.controllers import GRASPING_NAMES, NAMES, Learner, load_state, make_controller, save_state
 from agents.controllers.goals import virtual_goal
-from agents.controllers.protocol import ideal_offset, to_action
+from agents.controllers.protocol import ideal_offsets, to_action
 from agents.controllers.regression import Ridge
 from agents.controllers.trackers import later_release
 from agents.ground.cli import UsageError
@@ -194,7 +194,7 @@ def test_shifts_and_actions_agree_inside_the_range(along: float, across: float) 
     action = to_action(np.array([[along, across]]), ON_WASTE)
     assert (np.abs(action) <= 1.0).all()
     seen = observation_of(encode())
-    back = ideal_offset(outcome_of(seen, action, np.zeros((1, 2))), ON_WASTE)
+    back = ideal_offsets(outcome_of(seen, action, np.zeros((1, 2))), ON_WASTE)
     inside = np.clip([along, across], [-0.2, -0.06], [0.2, 0.06])
     assert back[0] == pytest.approx(inside, abs=1e-6)
 

@@ -8,7 +8,7 @@ import torch
 
 from agents.controllers import in_context
 from agents.controllers.in_context import BLURRED, LEVELS, PICKS, SHIFTS, STRONGEST, UNSEEN, InContext, simulate_shifts
-from agents.controllers.recurrent import UNIT, Recurrent, _torch_layers, train
+from agents.controllers.recurrent import UNIT, Recurrent, _layers, train
 from agents.controllers.trackers import drift_effects
 from agents.ground.cli import UsageError
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -21,7 +21,7 @@ def parts() -> tuple[torch.nn.GRUCell, torch.nn.Linear, torch.nn.Linear]:
     """A unit, a head and an answer that does not begin at nothing."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
-        unit, head, answer = _torch_layers(torch, 26, SIZE)
+        unit, head, answer = _layers(torch, 26, SIZE)
         torch.nn.init.normal_(answer.weight)
         torch.nn.init.normal_(answer.bias)
     return unit, head, answer
@@ -41,7 +41,7 @@ def test_numpy_carries_out_what_torch_has_trained() -> None:
             theirs = unit(torch.cat([seen, lesson], dim=1), theirs)
             hidden = torch.nn.functional.silu(head(torch.cat([theirs, seen], dim=1)))
             expected = UNIT * answer(hidden).numpy()
-        memory = ours.update_memory(memory, thrown, z)
+        memory = ours.update(memory, thrown, z)
         np.testing.assert_allclose(memory, theirs.numpy(), atol=2e-6)
         np.testing.assert_allclose(ours.predict(memory, thrown), expected, atol=2e-7)
     assert np.abs(expected).max() > 1e-3

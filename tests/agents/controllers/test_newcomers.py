@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from agents.controllers.filters import NOISE, Filters, kalman_update
+from agents.controllers import filters
+from agents.controllers.filters import NOISE, Filters
 from agents.controllers.trackers import UnseenKinds, delay_effect, drift_effects
 from pnt_gym.cells.conveyor.observation import TABLE
 from tests.agents.controllers.test_trackers import CAMERA, everyone, noise, throws
@@ -68,7 +69,7 @@ def test_an_update_is_that_of_bayes(unknowns: int) -> None:
     random = np.random.default_rng(0)
     effect, z = random.normal(0.0, 1.0, (1, 2, unknowns)), np.array([[0.002, -0.001]])
     spread, covariance = np.diag(random.uniform(0.5, 2.0, unknowns)) * 1e-4, np.diag(np.square(NOISE))
-    state, left, likely = kalman_update(np.zeros((1, unknowns)), spread[None], effect, z, covariance)
+    state, left, likely = filters.update(np.zeros((1, unknowns)), spread[None], effect, z, covariance)
     precision = np.linalg.inv(spread) + effect[0].T @ np.linalg.inv(covariance) @ effect[0]
     np.testing.assert_allclose(left[0], np.linalg.inv(precision), rtol=1e-9)
     np.testing.assert_allclose(state[0], left[0] @ effect[0].T @ np.linalg.inv(covariance) @ z[0], rtol=1e-9)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from agents.controllers import make_controller
-from agents.dataset.collection import pack_episodes, unpack_episodes
+from agents.dataset import collection
 from agents.dataset.episodes import Episode, episode_seeds
 from agents.ground.environments import make_vector
 from agents.judging.loop import observed, practise
@@ -139,6 +139,6 @@ def test_chunks_keep_every_bit_of_an_episode(tmp_path: Path) -> None:
         return [(found.dtype, found.shape, found.tobytes())] if isinstance(found, np.ndarray) else [found]
 
     given = [episode(2**53 - 1, 3), episode(2**31, 1), episode(2**40, 4)]
-    (tmp_path / "a.npz").write_bytes(pack_episodes(given))
-    assert [flat(vars(one)) for one in unpack_episodes(tmp_path / "a.npz")] == [flat(vars(one)) for one in given]
-    assert pack_episodes(unpack_episodes(tmp_path / "a.npz")) == pack_episodes(given)
+    (tmp_path / "a.npz").write_bytes(collection.pack(given))
+    assert [flat(vars(one)) for one in collection.unpack(tmp_path / "a.npz")] == [flat(vars(one)) for one in given]
+    assert collection.pack(collection.unpack(tmp_path / "a.npz")) == collection.pack(given)

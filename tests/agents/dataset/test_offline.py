@@ -2,7 +2,7 @@
 
 import pytest
 
-from agents.dataset.offline import check_name, proper_name
+from agents.dataset import offline
 from agents.ground.cli import UsageError
 from tests.tools.datasets import NAME
 
@@ -16,11 +16,11 @@ from tests.tools.datasets import NAME
     ],
 )
 def test_a_proper_name(env: str, level: str, label: str, name: str) -> None:
-    assert proper_name(env, level, label) == name
-    check_name(name)
+    assert offline.name(env, level, label) == name
+    offline.check(name)
 
 
 @pytest.mark.parametrize("name", ["", "a", "a-v", "../a-v0", "/a/b-v0", "a/b-v0/", "a b-v0", "a.b/c-v0", "x" * 300])
 def test_no_name(name: str) -> None:
     with pytest.raises(UsageError, match="it must be NAMESPACE/NAME-vN"):
-        check_name(name)
+        offline.check(name)

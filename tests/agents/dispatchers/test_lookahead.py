@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from agents.dispatchers.decisions import line_observation
-from agents.dispatchers.lookahead import Beam, GuidedBeam, observe_outlook
-from agents.dispatchers.registry import line_controller
+from agents.dispatchers import decisions, lookahead, registry
+from agents.dispatchers.lookahead import Beam, GuidedBeam
 from agents.dispatchers.rules import ScoreController
 from agents.dispatchers.settings import settings
 from agents.ground.cli import UsageError
@@ -58,7 +57,7 @@ def test_a_beam_knows_nothing_that_is_hidden():
 def test_an_outlook_holds_what_sensors_report_and_no_truth():
     env, core = vector_lines(THREE)
     env.reset(seed=3)
-    known = observe_outlook(core)
+    known = lookahead.observe(core)
     riders, seen = known.riders, known.sight.seen
     assert np.isnan([riders["seal"], riders["luck"]]).all()
     assert (riders["kind"] == -1).all()
@@ -71,7 +70,7 @@ def met(env, seed, steps=12):
     """What is seen on the way of the first choice."""
     features, _ = env.reset(seed=seed)
     for _ in range(steps):
-        yield line_observation(features)
+        yield decisions.observe(features)
         features = env.step(np.zeros(env.num_envs, dtype=np.int64))[0]
 
 
@@ -82,7 +81,7 @@ def indifferent():
 @pytest.mark.parametrize("level", [LEVEL, THREE])
 def test_without_trust_or_with_one_choice_the_guide_decides(level):
     env, core = vector_lines(level)
-    own = line_controller("index", core, weights={"pick_x": 0.7, "cycle": -0.4})
+    own = registry.make("index", core, weights={"pick_x": 0.7, "cycle": -0.4})
     for changes in ({"trust": 0.0}, {"few": 1}):
         guided = GuidedBeam("guided_beam", core, own, **changes)
         for seen in met(env, 2):
@@ -102,7 +101,7 @@ def test_without_a_guide_of_any_opinion_the_best_plan_decides():
 def test_what_is_added_to_the_scores_is_what_plans_are_worth():
     """Plans of one decision are worth value x chance less the price of their time."""
     env, core = vector_lines(THREE)
-    own = line_controller("index", core, weights={"pick_x": 3.0})
+    own = registry.make("index", core, weights={"pick_x": 3.0})
     guided = GuidedBeam("guided_beam", core, own, few=3, trust=8.0, price=0.5, depth=0)
     moved = 0
     for seen in met(env, 5):
@@ -132,4 +131,4 @@ def test_it_has_the_price_and_share_of_the_beam_that_leaves_to_others():
 def test_only_what_scores_choices_can_guide(guide, said):
     _, core = vector_lines(LEVEL)
     with pytest.raises(UsageError, match=said):
-        line_controller("guided_beam", core, guide=guide)
+        registry.make("guided_beam", core, guide=guide)

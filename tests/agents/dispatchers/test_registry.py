@@ -12,7 +12,8 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from agents.controllers import make_controller
 from agents.controllers.protocol import Observation
-from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers import registry
+from agents.dispatchers.registry import line_core
 from agents.dispatchers.rules import choice_mask, run_scores
 from agents.dispatchers.settings import rate, settings
 from agents.ground.cli import UsageError
@@ -22,7 +23,7 @@ from agents.learning.hyperparameters import MASKED
 from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
-from agents.training.session import resolve_request
+from agents.training import session
 from tests.tools.commands import figures_of, output_of
 from tests.tools.models import weights
 
@@ -57,7 +58,7 @@ def asked(tmp_path: Path, short: str) -> Arguments:
 def of_rule(level: str) -> tuple[Any, Any]:
     env = make_vector("PnTLine-v0", level, 4, 1)
     core = line_core(env)
-    return env, line_controller("atc", core)
+    return env, registry.make("atc", core)
 
 
 @pytest.mark.parametrize("level", ["value", "skills3_burst"])
@@ -80,7 +81,7 @@ def test_what_is_kept_acts_as_its_model(asked: Arguments, tmp_path: Path, algo: 
     env, rule = of_rule("value")
     features, _ = env.reset(seed=1)
     for checkpoint in (None, *RunFolder(tmp_path / "run").checkpoints):
-        model, kept = RunFolder(tmp_path / "run").load_model(None, checkpoint), run_scores(tmp_path / "run", checkpoint)
+        model, kept = RunFolder(tmp_path / "run").load(None, checkpoint), run_scores(tmp_path / "run", checkpoint)
         for _ in range(10):
             seen = Observation(np.array(features, dtype=np.float32), np.zeros(4, dtype=np.int64))
             theirs, _ = model.predict(seen.features, deterministic=True, action_masks=choice_mask(seen.features))
@@ -94,7 +95,7 @@ def test_a_resumed_run_is_bit_for_bit_the_uninterrupted_one(asked: Arguments, tm
     main(replace(asked, algo=algo, out=whole))
     main(replace(asked, algo=algo, out=halves, steps=32))
     main(Arguments(resume=halves, steps=64, eval_picks=0))
-    assert RunFolder(halves).load_model().num_timesteps == 64
+    assert RunFolder(halves).load().num_timesteps == 64
     pairs = list(zip(weights(whole), weights(halves), strict=True))
     assert all(np.array_equal(a, b) for a, b in pairs)
     before = weights(whole, RunFolder(whole).checkpoints[0])
@@ -146,7 +147,7 @@ def test_settings_of_the_line_are_noted_in_the_run(asked: Arguments, tmp_path: P
     main(Arguments(resume=tmp_path / "three", steps=33, eval_picks=0))
     noted = yaml.safe_load((tmp_path / "three" / "config.yml").read_text())["PnTLine-v0"]
     assert noted["gamma"] == pytest.approx(0.9 ** (1 / 3), abs=1e-5)
-    assert RunFolder(tmp_path / "three").load_model().gamma == noted["gamma"]
+    assert RunFolder(tmp_path / "three").load().gamma == noted["gamma"]
 
 
 def test_a_second_costs_what_training_says() -> None:
@@ -231,23 +232,23 @@ def test_it_learns_what_a_rule_does_not_know(asked: Arguments, tmp_path: Path) -
 
 
 def test_defaults_of_a_line_are_its_own() -> None:
-    asked, _ = resolve_request(vars(Arguments(env="PnTLine-v0")))
+    asked, _ = session.resolve(vars(Arguments(env="PnTLine-v0")))
     assert (asked["algo"], asked["steps"], asked["num_envs"]) == ("residual_ppo", 500_000, 256)
-    asked, _ = resolve_request(vars(Arguments()))
+    asked, _ = session.resolve(vars(Arguments()))
     assert (asked["algo"], asked["steps"], asked["num_envs"]) == ("sac", 10_000, 16)
 
 
 def test_hyperparameters_say_how_long_and_in_how_many_cells(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     given = Arguments(env="PnTLine-v0", config=Path("configs/rl/residual_ppo_long.yml"))
-    asked, settings = resolve_request(vars(given))
+    asked, settings = session.resolve(vars(given))
     assert (asked["steps"], asked["num_envs"], settings["n_steps"]) == (2_000_000, 128, 128)
-    asked, _ = resolve_request(vars(replace(given, steps=5, num_envs=3)))
+    asked, _ = session.resolve(vars(replace(given, steps=5, num_envs=3)))
     assert (asked["steps"], asked["num_envs"]) == (5, 3)
     Path("own.yml").write_text("default: {n_timesteps: !!float 1e5, gamma: 0.5}\n")
-    asked, settings = resolve_request(vars(replace(given, config=Path("own.yml"))))
+    asked, settings = session.resolve(vars(replace(given, config=Path("own.yml"))))
     assert (asked["steps"], asked["num_envs"], settings["gamma"]) == (100_000, 256, 0.5)
     for value in ("0", "1.5", "many", "true"):
         Path("own.yml").write_text(f"default: {{n_timesteps: {value}}}\n")
         with pytest.raises(UsageError, match=r"hyperparameter n_timesteps is .*; it must be"):
-            resolve_request(vars(replace(given, config=Path("own.yml"))))
+            session.resolve(vars(replace(given, config=Path("own.yml"))))

@@ -9,17 +9,18 @@ import pytest
 import yaml
 
 import pnt_gym
+from agents.fit import design, misfit, twins, writing
 from agents.fit.density import Density
-from agents.fit.design import DesignPool, information, optimal_throws
+from agents.fit.design import DesignPool, information
 from agents.fit.fitted import Fitted, fit_log
-from agents.fit.misfit import DEVIATION, EXPECTED, WINSOR, find_misfit
+from agents.fit.misfit import DEVIATION, EXPECTED, WINSOR
 from agents.fit.model import ThrowModel
 from agents.fit.parameters import priors
 from agents.fit.posterior import posterior, seal_chances
 from agents.fit.report import report
-from agents.fit.twins import Twin, judge_fit, make_twin
+from agents.fit.twins import Twin, judge_fit
 from agents.fit.words import sentences
-from agents.fit.writing import level_text, page
+from agents.fit.writing import page
 from agents.ground.cli import UsageError
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -32,7 +33,7 @@ SOME = ("valve", "tau", "camera_x", "camera_y", "encoder")
 
 @cache
 def twin_and_fit(seed: int = 1) -> tuple[Twin, Fitted]:
-    twin = make_twin(WASTE, seed, 40)
+    twin = twins.make(WASTE, seed, 40)
     return twin, fit_log(twin.log, WASTE, priors(WASTE))
 
 
@@ -69,7 +70,7 @@ def test_a_fit_finds_what_was_hidden() -> None:
 
 def test_a_vacuum_that_is_far_off_is_found() -> None:
     """Its vacuum decays 2.6 deviations slower; a search with narrow covariances takes that for accidents."""
-    twin = make_twin(WASTE, 500_026, 40)
+    twin = twins.make(WASTE, 500_026, 40)
     found, _ = posterior(twin.log, WASTE, priors(WASTE, (*SOME, "drag")))
     assert twin.scores[1] > 2.5
     assert found.best.z[1] == pytest.approx(twin.scores[1], abs=0.5)
@@ -148,13 +149,13 @@ def test_the_moments_of_winsorised_residuals() -> None:
 
 
 def test_a_draught_and_more_scatter_are_told() -> None:
-    windy = make_twin(WASTE, 2, 40, draught=0.8)
+    windy = twins.make(WASTE, 2, 40, draught=0.8)
     fitted = fit_log(windy.log, WASTE, priors(WASTE, SOME))
     assert next(f for f in fitted.misfit if f.name == "draught").alarms
     said = sentences(fitted, fitted.posterior.samples())[-1]
     assert "THE MODEL DOES NOT FIT: landings lean as in a draught, for instance (those of a camera" in said
     hidden = {"suction": {"jitter": 0.006}, "spread": {"grasp": 0.02}, "feedback": {"noise": 0.015}}
-    rough = make_twin(WASTE, 2, 40, hidden=hidden)
+    rough = twins.make(WASTE, 2, 40, hidden=hidden)
     fitted = fit_log(rough.log, WASTE, priors(WASTE, SOME))
     assert next(f for f in fitted.misfit if f.name == "scatter").alarms
     assert fitted.scatter > 1.2
@@ -166,7 +167,7 @@ def test_one_item_of_another_drag_is_named(usual_fit: Fitted) -> None:
     kind = int(np.bincount(log.kind[log.has_landing]).argmax())
     push = np.where((log.kind == kind)[:, None], 0.05 * (log.target - log.pick[:, :2]), 0.0)
     density = Density(ThrowModel(replace(log, landing=log.landing + push), WASTE), priors(WASTE, SOME))
-    moved = find_misfit(density, density.search(found.best.z))
+    moved = misfit.find(density, density.search(found.best.z))
     least = min(moved[1:3], key=lambda finding: finding.chance)
     assert WASTE.items[kind] in least.text
     assert least.chance < 0.2
@@ -177,7 +178,7 @@ def test_a_plan_tells_more_than_throws_that_come() -> None:
     parameters = priors(WASTE, SOME)
     pool = DesignPool(WASTE, 3)
     log = pool.log
-    chosen = optimal_throws(log, WASTE, parameters, 12)
+    chosen = design.choose(log, WASTE, parameters, 12)
     assert len({*chosen}) == 12
 
     slopes = information(log, WASTE, parameters, np.zeros(len(SOME)))
@@ -210,7 +211,7 @@ def test_the_level_loads_and_says_what_was_fitted(tmp_path: Path) -> None:
     _, fitted = twin_and_fit()
     samples = fitted.posterior.samples()
     path = tmp_path / "fitted.yaml"
-    path.write_text(level_text(fitted, samples, "waste", path, "pnt-gym fit log.csv"))
+    path.write_text(writing.text(fitted, samples, "waste", path, "pnt-gym fit log.csv"))
     loaded = ConveyorConfig.load(path)
     level = fitted.level
     assert loaded.suction.tau == pytest.approx(level.suction.tau, rel=1e-5)
@@ -328,7 +329,7 @@ def test_twins_of_a_users_level(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("small_pool")
 def test_a_twin_lands_as_many_throws_as_asked() -> None:
-    twin = make_twin(WASTE, 5, 15, planned=True)
+    twin = twins.make(WASTE, 5, 15, planned=True)
     assert twin.log.has_landing.sum() == 15
     assert len({*twin.log.percent}) > 1
     log, _ = throw(twin.truth, 8)

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from agents.controllers import make_controller
-from agents.fit.reading import MOST, MOST_LINES, read_log
+from agents.fit import reading
+from agents.fit.reading import MOST, MOST_LINES
 from agents.ground.cli import UsageError
 from agents.judging.log import COLUMNS, GROUPS, Recorder, ThrowLog
 from agents.judging.trials import open_trial
@@ -26,7 +27,7 @@ def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text(usual_log().text(WASTE.items))
     assert path.read_text().splitlines()[0].split(",") == list(COLUMNS)
-    assert same_logs(read_log(path, WASTE), usual_log())
+    assert same_logs(reading.read(path, WASTE), usual_log())
     assert {name for names in GROUPS.values() for name in names} | {"item"} == COLUMNS.keys()
 
 
@@ -56,7 +57,7 @@ def test_nothing_hidden_is_in_a_log() -> None:
         trial.env.reset(seed=0)
         context = trial.core.context
         plans, _ = trial.core.plan(np.zeros((8, 2)))
-        known = ThrowLog.of_throws(context, plans)
+        known = ThrowLog.of(context, plans)
         o = context.objects
         grasp = context.measured_grasp  # what the sensors measured, which is computed from the true place
         names = ("mass", "size", "drag", "com_depth", "seal", "delay", "jitter", "yaw", "spin", "pick_chance")
@@ -64,14 +65,14 @@ def test_nothing_hidden_is_in_a_log() -> None:
             objects=o.replace(**{name: np.full_like(getattr(o, name), np.nan) for name in names}),
             unseen=np.full_like(context.unseen, np.nan),
         )
-        assert same_logs(ThrowLog.of_throws(blind, plans), known)
+        assert same_logs(ThrowLog.of(blind, plans), known)
         np.testing.assert_array_equal(known.grasp, grasp)
 
 
 def test_watched_throws_have_the_log_of_an_evaluation() -> None:
     with closing(Stage("analytic", "PnTRelease-v0", "waste_plain", 3)) as stage:
         recorder = Recorder(stage.core)
-        stage.begin_watched(recorder.watch)
+        stage.begin(recorder.watch)
         steps = recorder.keep(stage.steps)
         for _ in range(3):
             next(steps)
@@ -111,7 +112,7 @@ def scaled(*groups: str, factor: float = 1000.0) -> Callable[[Rows], Rows]:
 def read(change: Callable[[Rows], Rows], folder: Path) -> ThrowLog:
     path = folder / "log.csv"
     path.write_text(changed(change))
-    return read_log(path, WASTE)
+    return reading.read(path, WASTE)
 
 
 def each(**values: str) -> Callable[[Rows], Rows]:
@@ -186,7 +187,7 @@ def test_every_mistake_is_one_sentence(name: str, tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text(changed(change))
     with pytest.raises(UsageError, match=sentence) as caught:
-        ThrowModel(read_log(path, WASTE), WASTE)
+        ThrowModel(reading.read(path, WASTE), WASTE)
     assert "\n" not in str(caught.value)
 
 
@@ -248,7 +249,7 @@ def test_what_has_no_end_is_no_log(kind: str, tmp_path: Path) -> None:
             file.write(b"\n" * (MOST_LINES + 1))
     ends = os.pipe()
     with pytest.raises(UsageError, match=r"cannot read log .*: (it |its |Is a)") as caught:
-        read_log(Path(f"/dev/fd/{ends[0]}") if kind == "pipe" else path, WASTE)
+        reading.read(Path(f"/dev/fd/{ends[0]}") if kind == "pipe" else path, WASTE)
     assert "\n" not in str(caught.value)
     for end in ends:
         os.close(end)
@@ -259,12 +260,12 @@ def test_what_is_no_table_is_refused(text: str, tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text(text)
     with pytest.raises(UsageError, match="log"):
-        read_log(path, WASTE)
+        reading.read(path, WASTE)
     with pytest.raises(UsageError, match="No such file"):
-        read_log(tmp_path / "none.csv", WASTE)
+        reading.read(tmp_path / "none.csv", WASTE)
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(UsageError, match="cannot read log"):
-        read_log(path, WASTE)
+        reading.read(path, WASTE)
 
 
 def test_repeated_throws_count_once(tmp_path: Path) -> None:

@@ -114,7 +114,7 @@ def test_draws_of_hidden_values_hold_the_truth_as_often_as_they_should() -> None
     with closing(open_trial("PnTRelease-v0", WASTE, 300, 1)) as trial:
         trial.env.reset(seed=3)
         context = trial.core.context
-        log = ThrowLog.of_throws(context, trial.core.plan(np.zeros((300, 2)))[0])
+        log = ThrowLog.of(context, trial.core.plan(np.zeros((300, 2)))[0])
     drawn = draw_hidden(log, WASTE, standard_draws(300, 128))
     o = context.objects
     for true, values in ((o.mass, drawn.mass), (o.seal, drawn.seal), (o.size[:, 0], drawn.size[:, 0]),

@@ -3,21 +3,12 @@
 import numpy as np
 import pytest
 
+from agents.grasping import rules
 from agents.grasping.__main__ import Arguments, main
 from agents.grasping.features import NAMES, place_features
 from agents.grasping.network import PlaceNetwork
 from agents.grasping.practice import network_places, practise, worth_maps
-from agents.grasping.rules import (
-    DEPTH_SETTINGS,
-    TUNED,
-    Weights,
-    centroid_places,
-    colour_settings,
-    flattest_places,
-    rule_places,
-    rule_scores,
-    tune,
-)
+from agents.grasping.rules import DEPTH_SETTINGS, TUNED, Weights, tune
 from agents.grasping.scenes import Scenes
 from agents.ground.cli import UsageError
 from pnt_gym.cells.grasp.images import pixel_places
@@ -39,13 +30,13 @@ def test_a_rules_score_is_the_sum_of_its_terms(features):
     names = ("rough_in", "rough_out", "distance", "slope_in", "belt_out", "valid_in")
     expected = -sum(weight * features.column(name) for weight, name in zip(weights, names, strict=False))
     odd = sum(np.abs(features.column(f"{c}_in") - features.column(f"object_{c}")) for c in ("gray", "warm"))
-    np.testing.assert_allclose(rule_scores(features, weights), expected - 0.7 * odd)
+    np.testing.assert_allclose(rules.scores(features, weights), expected - 0.7 * odd)
 
 
 def test_a_rule_chooses_the_highest_mean_score_around(features):
     weights = Weights()
-    maps = features.maps(rule_scores(features, weights))
-    places, near = rule_places(features, weights), np.arange(-3, 4)
+    maps = features.maps(rules.scores(features, weights))
+    places, near = rules.places(features, weights), np.arange(-3, 4)
     kernel = np.exp(-0.5 * (np.hypot(*np.meshgrid(near, near)) * 0.005 / 0.0045) ** 2)
     padded = np.pad(maps, [(0, 0), (3, 3), (3, 3)], constant_values=np.nan)
     for n in range(0, 500, 50):
@@ -64,9 +55,9 @@ def test_the_flattest_place_alone_is_worse_than_the_middle(scenes, features):
         name: scenes.try_places(places).worth.mean()
         for name, places in {
             "middle": np.zeros((500, 2)),
-            "centroid": centroid_places(features),
-            "naive": flattest_places(features),
-            "tuned": rule_places(features, TUNED),
+            "centroid": rules.centroid(features),
+            "naive": rules.flattest(features),
+            "tuned": rules.places(features, TUNED),
         }.items()
     }
     assert worth["naive"] < worth["middle"] - 0.1
@@ -76,7 +67,7 @@ def test_the_flattest_place_alone_is_worse_than_the_middle(scenes, features):
 
 def test_settings_differ_and_the_better_setting_is_chosen():
     assert len(set(DEPTH_SETTINGS)) == len(DEPTH_SETTINGS) == 72
-    assert len(set(colour_settings(TUNED))) == len(colour_settings(TUNED))
+    assert len(set(rules.settings(TUNED))) == len(rules.settings(TUNED))
     edges = Weights(distance=-2.0)
     assert tune("grasp", [edges, TUNED, edges._replace(slope=0.0)], 900, seed=0) == TUNED
 
@@ -125,7 +116,7 @@ def test_practice_finds_better_places_than_chance(scenes, features):
     first = 600
     assert practice.held[-500:].mean() > practice.held[:first].mean() + 0.15
     worth = scenes.try_places(network_places(features, practice.network)).worth.mean()
-    assert worth > scenes.try_places(flattest_places(features)).worth.mean() + 0.1
+    assert worth > scenes.try_places(rules.flattest(features)).worth.mean() + 0.1
     maps = worth_maps(features, practice.network)
     assert maps.shape == (500, 48, 48)
     assert (maps >= 0.0).all()

@@ -39,7 +39,7 @@ def test_expected_worth_is_the_mean_of_tries(scenes):
     """Over the luck of the tries, at the same true place."""
     rng = np.random.default_rng(0)
     places = scenes.middle - scenes.error + rng.normal(0.0, 0.01, (300, 2))
-    expected = scenes.expected_worth((places - scenes.middle + scenes.error)[:, None])[:, 0]
+    expected = scenes.worth((places - scenes.middle + scenes.error)[:, None])[:, 0]
     assert scenes.try_places(places).worth.mean() == pytest.approx(expected.mean(), abs=0.03)
     assert 0.5 < expected.mean() < 0.9
 

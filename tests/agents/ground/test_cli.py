@@ -65,10 +65,10 @@ def test_a_signal_leaves_a_run_that_resume_continues(number: signal.Signals, tmp
     _, said = process.communicate(timeout=60)
     assert process.returncode == 128 + number, said
     assert "Traceback" not in said
-    done = RunFolder(tmp_path / "run").load_model().num_timesteps
+    done = RunFolder(tmp_path / "run").load().num_timesteps
     assert f"stopped after {done} throws; continue with: python -m agents.train --resume run" in said
     output_of(f"train --resume run --steps {done + 16} --eval-picks 0", tmp_path)
-    assert RunFolder(tmp_path / "run").load_model().num_timesteps == done + 16
+    assert RunFolder(tmp_path / "run").load().num_timesteps == done + 16
 
 
 def test_a_warning_is_one_line_while_a_command_runs_and_python_s_own_afterwards(

@@ -29,7 +29,7 @@ def test_wilson_equals_scipy(throws: int, share: float) -> None:
         (lambda: metrics.wilson(5, 3), "5 successes in 3 throws"),
         (lambda: metrics.landing([np.nan]), "finite landing"),
         (lambda: metrics.throughput([True], [0.0]), "positive"),
-        (lambda: metrics.mean_difference([1.0, 2.0], [1.0]), "one length"),
+        (lambda: metrics.difference([1.0, 2.0], [1.0]), "one length"),
         (lambda: metrics.interquartile_mean([]), "at least one throw"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
@@ -73,7 +73,7 @@ def test_paired_mean_equals_scipy_bootstrap() -> None:
     random = np.random.default_rng(2)
     base = random.gamma(2.0, 0.01, 400)
     a, b = base + 0.001 * random.standard_normal(400), 1.3 * base
-    ours = metrics.mean_difference(a, b)
+    ours = metrics.difference(a, b)
     theirs = stats.bootstrap(
         (a, b),
         lambda x, y, axis: (x - y).mean(axis=axis),
@@ -104,7 +104,7 @@ def test_interval_covers_the_truth_as_often_as_it_says() -> None:
     random = np.random.default_rng(6)
     hits = 0
     for _ in range(200):
-        found = metrics.mean_interval(random.exponential(1.0, 80))
+        found = metrics.interval(random.exponential(1.0, 80))
         hits += found.low <= 1.0 <= found.high
     # 95 % of 200 is 190; the percentile interval of a skewed sample of 80 covers a little less.
     assert 176 <= hits <= 199

@@ -8,7 +8,7 @@ import pytest
 
 from agents.ground import parcel
 from agents.ground.cli import UsageError
-from agents.ground.parcel import PARTS, check_identity, identity, pack, user_code_digest
+from agents.ground.parcel import PARTS, identity, pack
 from agents.ground.places import SHIPPED as ROOT
 from tests.tools.commands import run_python
 
@@ -44,15 +44,15 @@ def test_it_computes_elsewhere_what_it_computes_here(sent: Path) -> None:
 @pytest.mark.usefixtures("here")
 def test_what_differs_is_told_by_name() -> None:
     found = identity(["theirs"], False)
-    check_identity(found, ["theirs"], False)
+    parcel.check(found, ["theirs"], False)
     for name, said in (
         ("code", "runs other code of pnt_gym than this machine"),
         ("numpy", f"has numpy {found['numpy']}, here it is another; a study needs the same everywhere"),
-        ("module theirs", f"has module theirs {user_code_digest('theirs')[:12]}, here it is another"),
+        ("module theirs", f"has module theirs {parcel.digest('theirs')[:12]}, here it is another"),
         ("arithmetic", "rounds otherwise than this machine"),
     ):
         with pytest.raises(UsageError, match=f"^node '.+' {said}"):
-            check_identity(found | {name: "another"}, ["theirs"], False)
+            parcel.check(found | {name: "another"}, ["theirs"], False)
 
 
 def test_modules_that_cannot_travel(here: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

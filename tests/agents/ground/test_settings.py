@@ -5,7 +5,8 @@ from contextlib import closing
 import pytest
 
 from agents.ground.cli import UsageError, read_settings
-from agents.judging.trials import controller_with, open_trial
+from agents.judging import trials
+from agents.judging.trials import open_trial
 
 
 def test_values_are_numbers_lists_and_words() -> None:
@@ -22,9 +23,9 @@ def test_what_is_no_setting_is_refused(text: str) -> None:
 
 def test_a_controller_takes_its_settings_and_refuses_others() -> None:
     with closing(open_trial("PnTRelease-v0", "ideal", 1, 1)) as trial:
-        controller_with(trial, "virtual_goal", read_settings(["gain=0.1"]))
+        trials.controller(trial, "virtual_goal", read_settings(["gain=0.1"]))
         for name, option in (("virtual_goal", "width=3"), ("analytic", "gain=0.1")):
             with pytest.raises(UsageError, match=f"controller '{name}': unknown setting '{option.split('=')[0]}'"):
-                controller_with(trial, name, read_settings([option]))
+                trials.controller(trial, name, read_settings([option]))
         with pytest.raises(UsageError, match="controller 'virtual_goal' cannot have gain='fast': "):
-            controller_with(trial, "virtual_goal", read_settings(["gain=fast"]))
+            trials.controller(trial, "virtual_goal", read_settings(["gain=fast"]))

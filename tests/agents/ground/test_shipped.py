@@ -9,11 +9,12 @@ import pytest
 
 import pnt_gym
 from agents.controllers import make_controller
+from agents.ground import shipped
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.ground.places import SHIPPED
-from agents.ground.shipped import POLICIES, PREFIX, is_shipped, module_of, policy_place
-from agents.learning.trained import resolve_task
+from agents.ground.shipped import POLICIES, PREFIX, is_shipped, module_of
+from agents.learning import trained
 from agents.results.entries import is_learned
 from tests.tools.commands import figures_of, output_of, refused
 
@@ -22,7 +23,7 @@ HAND_TEXTS = [*sorted((SHIPPED / "docs").glob("*.md")), SHIPPED / "README.md"]
 
 @pytest.mark.parametrize("name", POLICIES)
 def test_a_name_is_a_policy_of_its_environment_that_is_in_the_wheel(name: str) -> None:
-    place, policy = policy_place(PREFIX + name), POLICIES[name]
+    place, policy = shipped.place(PREFIX + name), POLICIES[name]
     files = [place] if place.suffix == ".npz" else [place / part for part in ("policy.npz", "args.yml", "env.yaml")]
     wheel = tomllib.loads((SHIPPED / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     for file in files:
@@ -30,7 +31,7 @@ def test_a_name_is_a_policy_of_its_environment_that_is_in_the_wheel(name: str) -
         path = f"/{file.relative_to(SHIPPED).as_posix()}"
         assert any(fnmatch(path, pattern) for pattern in wheel["include"]), path
     if place.is_dir():
-        assert resolve_task(PREFIX + name, None, None, None)[0] == policy.env
+        assert trained.resolve(PREFIX + name, None, None, None)[0] == policy.env
     assert pnt_gym.shipped_policy(name) == place
     assert is_learned(PREFIX + name)
 
@@ -39,15 +40,15 @@ def test_names_of_modules_and_paths_are_no_shipped_names() -> None:
     assert module_of("mine:Class") == "mine"
     assert module_of("shipped:waste-sac") is module_of("analytic") is None
     assert not is_shipped("analytic")
-    assert policy_place("runs/mine") == Path("runs/mine")
+    assert shipped.place("runs/mine") == Path("runs/mine")
     with pytest.raises(UsageError, match=r"'shipped:waste-sak'; did you mean 'shipped:waste-sac'\? known are "):
-        policy_place("shipped:waste-sak")
+        shipped.place("shipped:waste-sak")
 
 
 def test_a_shipped_policy_is_judged_by_its_name_and_by_its_folder(tmp_path: Path) -> None:
     options = "--env PnTRelease-v0 --level waste --picks 16 --num-envs 16"
     by_name = figures_of(f"evaluate --controller shipped:waste-sac {options}", tmp_path)
-    by_folder = figures_of(f"evaluate --controller {policy_place('shipped:waste-sac')} {options}", tmp_path)
+    by_folder = figures_of(f"evaluate --controller {shipped.place('shipped:waste-sac')} {options}", tmp_path)
     assert by_name.pop("controller") == "shipped:waste-sac"
     assert by_folder.pop("controller") != "shipped:waste-sac"
     assert by_name == by_folder
@@ -77,7 +78,7 @@ def test_the_lists_of_controllers_and_levels(tmp_path: Path) -> None:
     text = output_of("roster", tmp_path)
     for word in ("ridge", "price_beam", "oracle_drift", *(PREFIX + name for name in POLICIES)):
         assert word in text
-    assert output_of("roster --where waste-sac", tmp_path).strip() == str(policy_place("shipped:waste-sac"))
+    assert output_of("roster --where waste-sac", tmp_path).strip() == str(shipped.place("shipped:waste-sac"))
     levels = output_of("levels", tmp_path)
     assert all(PREFIX + name in levels for name in POLICIES)
 

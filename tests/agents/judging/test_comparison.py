@@ -9,12 +9,13 @@ import pytest
 from agents.controllers.own import Policy
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector, stream_seed
+from agents.judging import trials
 from agents.judging.comparison import EARLY, Comparison, Rules, compare
 from agents.judging.figures import Figure
 from agents.judging.record import Record
 from agents.judging.throw_record import ThrowRecord, depend, run_length
 from agents.judging.trial import Trial
-from agents.judging.trials import open_trial, trial_of
+from agents.judging.trials import open_trial
 
 SMALL = {"level": "waste", "num_envs": 8}
 
@@ -62,7 +63,7 @@ def test_controllers_throw_the_same_blocks_which_no_evaluation_sees() -> None:
 
         return Policy(act, name)
 
-    report = compare(watch("a"), watch("b"), "ToyThrow-v0", 40, seed=3, **SMALL)
+    report = compare(watch("a"), watch("b"), "ToyThrow-v0", budget=40, seed=3, **SMALL)
     a, b = np.array(seen["a"]), np.array(seen["b"])
     np.testing.assert_array_equal(a, b)
     assert len(np.unique(a[:, :, 0])) == a[:, :, 0].size == 40
@@ -89,8 +90,8 @@ def test_a_difference_below_the_margin_is_settled_as_such() -> None:
 
 
 def test_three_controllers_make_three_pairs_with_wider_intervals() -> None:
-    two = compare(planner, far, "ToyThrow-v0", 16, **SMALL)
-    three = compare(planner, far, "ToyThrow-v0", 16, others=[near], **SMALL)
+    two = compare(planner, far, "ToyThrow-v0", budget=16, **SMALL)
+    three = compare(planner, far, "ToyThrow-v0", budget=16, others=[near], **SMALL)
     assert [(pair["a"], pair["b"]) for pair in three["pairs"]] == [
         ("planner", "far"),
         ("planner", "near"),
@@ -102,7 +103,9 @@ def test_three_controllers_make_three_pairs_with_wider_intervals() -> None:
 
 
 def test_fewer_figures_narrow_the_interval() -> None:
-    reports = [compare(planner, near, "ToyThrow-v0", 16, figures=names, **SMALL) for names in (None, ["success"])]
+    reports = [
+        compare(planner, near, "ToyThrow-v0", budget=16, figures=names, **SMALL) for names in (None, ["success"])
+    ]
     all_three, alone = (report["pairs"][0]["figures"]["success"] for report in reports)
     assert alone["high"] - alone["low"] < all_three["high"] - all_three["low"]
     assert list(reports[1]["figures"]) == ["success"]
@@ -229,7 +232,7 @@ def test_throws_that_depend_on_one_another_are_one_observation(
     env_id: str, level: str | None, whole: bool, length: int
 ) -> None:
     with closing(make_vector(env_id, level, 2, 1)) as env:
-        trial, core = trial_of(env), core_of(env)
+        trial, core = trials.of(env), core_of(env)
         assert (depend(core), run_length(core)) == (whole, length)
         assert trial.block(3) == (2 * length if whole else min(2 * length, 3))
         if env_id == "OneJointAssembly-v0":
@@ -242,7 +245,7 @@ def test_throws_that_depend_on_one_another_are_one_observation(
 
 def test_shifts_of_a_line_are_compared_by_value() -> None:
     level = {"base": "value", "duration": 20.0}
-    report = compare("random", "price", "PnTLine-v0", 32, level=level, num_envs=4)
+    report = compare("random", "price", "PnTLine-v0", budget=32, level=level, num_envs=4)
     assert next(iter(report["figures"])) == "value_per_min"
     assert report["sentences"][0].startswith("price earns ")
     assert report["unit"] == "work shifts"

@@ -12,13 +12,14 @@ import pytest
 import pnt_gym
 from agents.ground.cli import UsageError
 from agents.ground.environments import config_of, core_of, make_vector
+from agents.judging import trials
 from agents.judging.evaluation import evaluate, evaluate_all
 from agents.judging.figures import Figure
 from agents.judging.record import Record
 from agents.judging.shift_trial import ShiftTrial
 from agents.judging.throw_trial import ThrowTrial
 from agents.judging.trial import Trial
-from agents.judging.trials import open_trial, trial_class, trial_of
+from agents.judging.trials import open_trial
 from pnt_gym.cells.base.config import LevelConfig
 from tests.tools.commands import output_of
 
@@ -50,12 +51,12 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
 def test_configs_and_trials_are_known_without_opening_an_environment(env_id: str, opened: list[Any]) -> None:
     config = config_of(env_id)
-    kind = trial_class(config)
+    kind = trials.find(config)
     assert opened == []
     assert kind is (ShiftTrial if env_id == "PnTLine-v0" else ThrowTrial)
     with closing(make_vector(env_id, num_envs=1, threads=1)) as env:
         assert core_of(env).config == config
-        assert type(trial_of(env)) is kind
+        assert type(trials.of(env)) is kind
 
 
 def test_the_config_of_an_environment_that_cannot_tell_is_asked_of_its_core() -> None:
@@ -64,7 +65,7 @@ def test_the_config_of_an_environment_that_cannot_tell_is_asked_of_its_core() ->
 
 def test_a_kind_of_task_that_there_is_not_is_one_sentence() -> None:
     with pytest.raises(UsageError, match="unknown trial 'nowhere'; known are throws, work_shifts, or MODULE:CLASS"):
-        trial_class(Lost())
+        trials.find(Lost())
 
 
 @pytest.mark.parametrize(

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents.dispatchers.registry import line_controller
+from agents.dispatchers import registry
 from agents.dispatchers.rules import IndexRule
 from agents.ground.cli import UsageError
 from agents.ground.files import json_text
+from agents.judging import losses, trials
 from agents.judging.evaluation import evaluate
-from agents.judging.losses import Counted, Fates, energy_summary
+from agents.judging.losses import Counted, Fates
 from agents.judging.shift_record import ShiftRecord
 from agents.judging.shifts import Shifts, run_shifts
-from agents.judging.trials import trial_of
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.observation import decoded
 from pnt_gym.reading import parsed_json
@@ -116,11 +116,11 @@ def test_counted_throws_split_what_a_table_cannot_tell():
         held=nothing + 9, missed=nothing + 1, lost=nothing + 2, strayed=nothing + 1, percent=np.array([40.0]),
         energy=np.array([[10.0], [20.0], [30.0], [np.nan]]), landings=(np.zeros((0, 2)),) * 4,
     )  # fmt: skip
-    fates = Fates.of_shifts(shifts, LineConfig.load("skills3"), counted)
+    fates = Fates.of(shifts, LineConfig.load("skills3"), counted)
     assert fates.splits
     assert fates.counts.sum(axis=0)[1].tolist() == [0.0, 0.25, 0.25, 0.5, 0.0, 0.0]
     assert fates.counts.sum() == 14.0
-    energy = energy_summary(shifts, counted)
+    energy = losses.energy(shifts, counted)
     # Three papers of 30 J, three trays of 10 J and a can of 20 J; four objects were sorted.
     assert energy == {"energy_per_pick_j": pytest.approx(20.0), "energy_per_sorted_j": pytest.approx(35.0)}
     assert Counted.of_entry(parsed_json(json_text(counted.entry()))).energy[:3].tolist() == [[10.0], [20.0], [30.0]]
@@ -129,7 +129,7 @@ def test_counted_throws_split_what_a_table_cannot_tell():
 def test_simulated_throws_tell_causes_and_energy():
     level = {"base": "skills3", "duration": 8.0, "throws": "flight", "cell": {"limits": {"percent": [60]}}}
     _, core = lines = vector_lines(level)
-    record = trial_of(lines[0]).run(line_controller("atc", core), 4, 0)
+    record = trials.of(lines[0]).run(registry.make("atc", core), 4, 0)
     found, throws = record.summary(), record.shifts.decisions
     assert (found["simulated"], found["fates_split"]) == (True, True)
     in_time = throws["start"] + throws["cycle_time"] <= 8.0
@@ -182,7 +182,7 @@ def test_rules_take_what_their_name_says():
     own = decoded(features).choices
     there = own["real"] > 0.5
     for name, key in (("fifo", own["lift"] + own["slack"]), ("spt", own["cycle"]), ("value_rate", -own["ln_rate"])):
-        found = line_controller(name, core).act(type("Seen", (), {"features": features}))
+        found = registry.make(name, core).act(type("Seen", (), {"features": features}))
         np.testing.assert_array_equal(found, np.where(there, key, np.inf).argmin(axis=1))
 
 

@@ -12,8 +12,7 @@ import yaml
 
 pytest.importorskip("stable_baselines3")
 
-from agents.controllers import make_controller
-from agents.controllers.between import wrap_env
+from agents.controllers import between, make_controller
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.loop import observed, throw_held_out
@@ -21,8 +20,8 @@ from agents.learning.hyperparameters import hyperparameters
 from agents.learning.runs import RunFolder
 from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
+from agents.policies import weights
 from agents.policies.actor import Actor
-from agents.policies.weights import actor_of
 from agents.train import Arguments, main
 from tests.tools.throws import same_bits
 
@@ -37,7 +36,7 @@ def cells() -> Iterator[Any]:
 
 
 def adapted(env: Any, over: str = "analytic") -> SameStepVecEnv:
-    return SameStepVecEnv(wrap_env(env, {"algo": "sac", "stack": 1, "over": over}))
+    return SameStepVecEnv(between.wrap(env, {"algo": "sac", "stack": 1, "over": over}))
 
 
 def settings(algo: str, **changes: Any) -> dict[str, Any]:
@@ -51,7 +50,7 @@ def test_a_policys_file_computes_what_the_model_does(algo: str, over: str, cells
     seen = env.reset()
     action = model.predict(seen, deterministic=True)[0]
     assert np.abs(action).max() < 0.02
-    actor_of(model).save(tmp_path / "policy.npz")
+    weights.actor(model).save(tmp_path / "policy.npz")
     actor = Actor.load(tmp_path / "policy.npz")
     assert actor.sizes == (seen["vector"].shape[1], 6)
     np.testing.assert_allclose(actor(seen["vector"], seen["image"]), action, atol=1e-5)
@@ -61,7 +60,7 @@ def test_a_policys_file_computes_what_the_model_does(algo: str, over: str, cells
 
 
 def test_eyes_that_do_not_fit_are_refused(cells: Any, tmp_path: Path) -> None:
-    actor_of(build("sac", adapted(cells), settings("sac"), 0)).save(tmp_path / "policy.npz")
+    weights.actor(build("sac", adapted(cells), settings("sac"), 0)).save(tmp_path / "policy.npz")
     arrays = dict(np.load(tmp_path / "policy.npz"))
     for name, change in {
         "wide": {"eye_weight_1": np.zeros((64, 30, 4, 4), np.float32)},
@@ -85,7 +84,7 @@ def test_a_training_of_pictures_goes_on_as_if_uninterrupted(tmp_path: Path) -> N
     main(asked)
     main(replace(asked, steps=48, out=tmp_path / "halves"))
     main(Arguments(resume=tmp_path / "halves", steps=96, eval_picks=0, threads=1))
-    whole, halves = (RunFolder(tmp_path / name).load_actor().numbers for name in ("whole", "halves"))
+    whole, halves = (RunFolder(tmp_path / name).actor().numbers for name in ("whole", "halves"))
     assert all(same_bits(whole[name], halves[name]) for name in whole)
     assert "eye_weight_0" in whole
     with closing(make_vector("PnTGrasp-v0", LEVEL, ROWS, 1)) as env:

@@ -28,9 +28,9 @@ def test_a_command_reads_the_arguments_of_a_run_once(name: str, tmp_path: Path, 
 
 def test_arguments_that_change_are_read_anew(tmp_path: Path) -> None:
     run = RunFolder(tmp_path)
-    run.write_arguments(RunFolder(POLICY).arguments)
+    run.write(RunFolder(POLICY).arguments)
     more = {**run.arguments, "steps": run.arguments["steps"] + 1}
-    run.write_arguments(more)
+    run.write(more)
     assert run.arguments == more
 
 

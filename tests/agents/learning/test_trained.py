@@ -14,8 +14,8 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 from agents.controllers import Observation, make_controller
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
+from agents.learning import trained
 from agents.learning.sb3 import load_policy
-from agents.learning.trained import find_policy, resolve_task
 from tests.tools.commands import figures_of, output_of
 from tests.tools.models import Space, model
 
@@ -53,7 +53,7 @@ def zoo(here: Path, tmp_path: Path) -> Path:
 
 
 def test_a_folder_of_rl_zoo_is_understood(zoo: Path) -> None:
-    found = find_policy(zoo)
+    found = trained.find(zoo)
     assert found.task == {"env": "OneJointThrow-v0", "level": "ideal"}
     assert (found.model.name, found.statistics) == ("Lob-v0.zip", zoo / "Lob-v0" / "vecnormalize.pkl")
     env = make_vector("lob:Lob-v0", num_envs=4)
@@ -75,7 +75,7 @@ def test_a_folder_of_rl_zoo_on_the_command_line(zoo: Path, here: Path) -> None:
     )
     assert "gets observations normalised by " in by_folder
     assert "gets raw observations: no vecnormalize.pkl lies beside Lob-v0.zip" in by_model
-    assert resolve_task(str(zoo), None, None, None) == ("OneJointThrow-v0", "ideal", None)
+    assert trained.resolve(str(zoo), None, None, None) == ("OneJointThrow-v0", "ideal", None)
 
 
 CODE = b"!!python/object/apply:os.system ['echo run > ran']\n"
@@ -106,4 +106,4 @@ def test_a_damaged_folder_of_rl_zoo_is_one_sentence(zoo: Path, damage: dict[str,
 
 def test_the_best_model_stands_in_for_a_run_cut_short(zoo: Path) -> None:
     (zoo / "Lob-v0.zip").unlink()
-    assert find_policy(zoo).model.name == "best_model.zip"
+    assert trained.find(zoo).model.name == "best_model.zip"

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.line.thrown import CHANCES, chosen_throws, random_throws, table_place
+from agents.line import thrown
+from agents.line.thrown import CHANCES, chosen_throws, random_throws
 from pnt_gym.cells.line.chances import Chances, digest, shipped_table
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import answered, output_of, refused
@@ -84,6 +85,8 @@ def test_throws_that_a_controller_chooses_are_counted():
 def test_a_table_of_a_controller_belongs_to_its_line():
     line = LineConfig.load(plant())
     faster = LineConfig.load(line, arrivals={"rate": 2.0})
-    places = {table_place(config, None, controller=name).name for config in (line, faster) for name in ("price", "atc")}
+    places = {
+        thrown.place(config, None, controller=name).name for config in (line, faster) for name in ("price", "atc")
+    }
     assert len(places) == 4
-    assert table_place(line, None) == table_place(faster, None)
+    assert thrown.place(line, None) == thrown.place(faster, None)

@@ -9,7 +9,7 @@ import pnt_gym
 from agents.ground.cli import UsageError
 from agents.judging.losses import FATES, Counted, Fates
 from agents.judging.shifts import Shifts
-from agents.line import verdict
+from agents.line import reasons, verdict
 from agents.line.plans import (
     Conditions,
     Planned,
@@ -22,7 +22,7 @@ from agents.line.plans import (
     try_changes,
     with_standstill,
 )
-from agents.line.reasons import check_text, chosen_plan, plans_table, reason
+from agents.line.reasons import check_text, reason
 from pnt_gym.cells.line.chances import shipped_table
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
@@ -169,9 +169,9 @@ def test_the_chosen_plan_is_judged_by_its_own_throws_until_it_stays_the_chosen_o
 
 def test_the_table_names_causes_and_the_worst_item():
     plans = [planned(0.97, WELL, WELL, WELL, robots=4), planned(0.7, WELL, (50, 0, 1, 0, 2, 47), WELL)]
-    assert chosen_plan(plans, 0.9) == (plans[0], True)
-    assert chosen_plan(plans, 0.99) == (plans[0], False)
-    table = plans_table("x", plans, 0.9)
+    assert reasons.choose(plans, 0.9) == (plans[0], True)
+    assert reasons.choose(plans, 0.99) == (plans[0], False)
+    table = reasons.table("x", plans, 0.9)
     assert not {"skills", "belt", "limits", "money/h"} & set(table.header)
     assert table.headline == f"x, belt {plans[0].row['belt_speed']:.2f} m/s, limits {plans[0].row['percent']:g} %"
     second = dict(zip(table.header, table.rows[1], strict=True))

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 import yaml
 
+from agents.dispatchers import registry
 from agents.dispatchers import search as tuning
-from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers.registry import line_core
 from agents.dispatchers.rules import IndexRule, ScoreController
 from agents.dispatchers.search import Bench
 from agents.dispatchers.settings import FILE, rate, settings
@@ -79,7 +80,7 @@ def test_shifts_of_a_search_are_others_every_time(bench: Bench) -> None:
 
 
 def test_price_is_tuned_in_share_and_patience_where_somebody_comes_after(pair: Bench) -> None:
-    tried = tuning.search_price(pair, 1.4)
+    tried = tuning.price(pair, 1.4)
     assert {one.settings["share"] for one in tried} == set(tuning.SHARE)
     assert {one.settings["patience"] for one in tried} == set(tuning.PATIENCE)
     told = [tuple(one.settings.values()) for one in tried]
@@ -88,16 +89,16 @@ def test_price_is_tuned_in_share_and_patience_where_somebody_comes_after(pair: B
 
 def test_a_search_ends_with_weights_that_make_a_controller(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tuning, "EACH", 2)
-    found, rule = tuning.search_weights(bench, 1.4, 2, 0)
+    found, rule = tuning.weights(bench, 1.4, 2, 0)
     assert rule.settings == {"patience": 1.4, "weights": {}}
     assert set(found.settings["weights"]) == set(tuning.WEIGHED)
     again = bench.compare(
         [ScoreController("index", Scorer.linear(**found.settings)), IndexRule("atc", "atc", patience=1.4)]
     )
     np.testing.assert_array_equal(again, [found.value, rule.value])
-    assert tuning.search_weights(bench, 1.4, 2, 0)[0].settings == found.settings
+    assert tuning.weights(bench, 1.4, 2, 0)[0].settings == found.settings
     weights = found.settings["weights"]
-    on, begun = tuning.search_weights(bench, 1.4, 1, 1, weights)
+    on, begun = tuning.weights(bench, 1.4, 1, 1, weights)
     assert begun.settings == found.settings
     np.testing.assert_array_equal(begun.value, found.value)
     assert on.settings["weights"] != weights
@@ -145,10 +146,10 @@ def test_a_price_of_time_is_sought_about_what_the_rule_brings(
 
 @pytest.mark.nightly
 def test_the_beam_that_leaves_to_others_has_its_share_and_then_its_price_sought(pair: Bench) -> None:
-    tried = tuning.search_planner(pair, "price_beam", 1.0)
+    tried = tuning.planner(pair, "price_beam", 1.0)
     first, last = tried[: len(tuning.SHARES)], tried[len(tuning.SHARES) :]
     assert [one.settings for one in first] == [{"price": 1.0, "share": share} for share in tuning.SHARES]
-    share = tuning.best_result(first).settings["share"]
+    share = tuning.best(first).settings["share"]
     assert [one.settings for one in last] == [{"price": factor, "share": share} for factor in tuning.AROUND]
 
 
@@ -157,7 +158,7 @@ def test_what_a_guided_beam_makes_of_its_plans_is_sought_with_the_guide_that_the
     guide = "results/policies/PnTLine-v0/skills3/residual_ppo"
     for told, given in (({}, {}), ({"guide": guide, "trust": 3.0}, {"guide": guide})):
         with mock.patch("agents.dispatchers.settings.read_settings", return_value={"pair": {"guided_beam": told}}):
-            tried = tuning.search_planner(pair, "guided_beam", 1.0)
+            tried = tuning.planner(pair, "guided_beam", 1.0)
         assert [one.settings for one in tried] == [{**given, "trust": trust} for trust in tuning.TRUST]
 
 
@@ -218,5 +219,5 @@ def test_every_shipped_level_has_rules_that_were_tuned_for_it(level: str) -> Non
     env = make_vector("PnTLine-v0", level, 1, 1)
     core = line_core(env)
     for name in ("atc", "price", "beam", "price_beam", "guided_beam", "index"):
-        assert line_controller(name, core).name == name
+        assert registry.make(name, core).name == name
     env.close()

@@ -6,11 +6,13 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
-from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers import registry
+from agents.dispatchers.registry import line_core
 from agents.ground.environments import make_vector, stream_seed
+from agents.judging import trials
 from agents.judging.shift_record import gantt
 from agents.judging.shifts import run_shifts
-from agents.judging.trials import open_trial, trial_of
+from agents.judging.trials import open_trial
 from pnt_gym.cells.line.view import LineView
 from tests.tools.commands import output_of
 
@@ -19,7 +21,7 @@ LEVEL = {"base": "skills3", "duration": 8.0}
 
 def test_who_took_what_has_a_row_for_each_robot():
     env = make_vector("PnTLine-v0", LEVEL, 2, 1)
-    told = trial_of(env).run(line_controller("price", line_core(env)), 2, 0).report()
+    told = trials.of(env).run(registry.make("price", line_core(env)), 2, 0).report()
     drawn = gantt(told, shift=1, span=(0.0, 8.0))
     assert drawn.startswith("<?xml")
     assert drawn == gantt(told, shift=1, span=(0.0, 8.0))
@@ -27,7 +29,7 @@ def test_who_took_what_has_a_row_for_each_robot():
 
 def test_the_filmed_decisions_are_those_of_the_first_shift_that_is_judged():
     many, one = make_vector("PnTLine-v0", LEVEL, 3, 1), open_trial("PnTLine-v0", LEVEL, 1, 1)
-    told = run_shifts(line_controller("price", line_core(many)), many, 3, stream_seed("evaluate", 7)).decisions
+    told = run_shifts(registry.make("price", line_core(many)), many, 3, stream_seed("evaluate", 7)).decisions
     core = one.core
     core.view()
     times, taken = [], dict[int, float]()

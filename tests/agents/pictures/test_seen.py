@@ -5,7 +5,8 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from agents.pictures.places import chosen_objects, examples
+from agents.pictures import places
+from agents.pictures.places import examples
 from agents.pictures.seen import CHOSEN, SeenView, colour_map
 from agents.pictures.stage import Stage
 from pnt_gym.cells.grasp.config import GraspConfig
@@ -59,7 +60,7 @@ def test_a_map_is_black_beside_the_object_and_brightest_at_its_best_place():
 
 def test_examples_show_a_place_that_a_rule_misses_and_a_network_finds():
     seen = examples()
-    rows = dict(chosen_objects(seen))
+    rows = dict(places.objects(seen))
     row = rows["the rule fails"]
     assert seen.worth("rule")[row] < 0.3
     assert seen.worth("network")[row] > 0.8

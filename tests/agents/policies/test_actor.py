@@ -14,9 +14,9 @@ from stable_baselines3 import PPO, SAC, TD3
 from torch import nn
 
 from agents.ground.cli import UsageError
+from agents.policies import weights
 from agents.policies.actor import Actor
 from agents.policies.networks import ACTIVATIONS, activate
-from agents.policies.weights import actor_of
 from tests.tools.models import Space
 
 LOW, HIGH = np.array([-2.0, -0.5], np.float32), np.array([1.0, 0.75], np.float32)
@@ -67,7 +67,7 @@ def assert_same(actor: Actor, made: Any) -> None:
 @pytest.mark.parametrize("algorithm", RESIDUAL, ids=lambda a: getattr(a, "__name__", a))
 def test_actions_are_the_models(algorithm: Any, settings: dict[str, Any], tmp_path: Path) -> None:
     made = model(algorithm, settings)
-    actor_of(made).save(tmp_path / "policy.npz")
+    weights.actor(made).save(tmp_path / "policy.npz")
     actor = Actor.load(tmp_path / "policy.npz")
     assert actor.sizes == (6, 2)
     assert_same(actor, made)
@@ -77,7 +77,7 @@ def test_actions_are_the_models(algorithm: Any, settings: dict[str, Any], tmp_pa
 def test_every_activation_is_torchs(name: str) -> None:
     x = np.linspace(-40.0, 40.0, 4001)
     np.testing.assert_allclose(activate(name, x), getattr(nn, name)()(torch.tensor(x)).numpy(), rtol=0, atol=3e-9)
-    assert_same(actor_of(made := model(SAC, {"net_arch": [8, 8], "activation_fn": getattr(nn, name)})), made)
+    assert_same(weights.actor(made := model(SAC, {"net_arch": [8, 8], "activation_fn": getattr(nn, name)})), made)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_every_activation_is_torchs(name: str) -> None:
 )
 def test_state_dependent_exploration_bounds_and_squashes_as_there(algorithm: Any, settings: dict[str, Any]) -> None:
     made = model(algorithm, {"net_arch": [8], **settings}, use_sde=True)
-    actor = actor_of(made)
+    actor = weights.actor(made)
     assert actor.bound == (np.inf if algorithm is PPO else settings.get("clip_mean", 2.0))
     assert actor.output == ("clipped" if algorithm is PPO and not settings else "squashed")
     assert_same(actor, made)
@@ -108,7 +108,7 @@ def recurrent(settings: dict[str, Any]) -> Any:
 def test_a_recurrent_actor_remembers_as_the_model(settings: dict[str, Any], tmp_path: Path) -> None:
     """Through 60 steps of 7 rows, whose episodes begin anew at steps of their own."""
     made = recurrent(settings)
-    actor_of(made).save(tmp_path / "policy.npz")
+    weights.actor(made).save(tmp_path / "policy.npz")
     actor = Actor.load(tmp_path / "policy.npz")
     assert actor.sizes == (6, 2)
     random = np.random.default_rng(3)
@@ -133,7 +133,7 @@ def test_other_recurrent_networks_are_refused(more: dict[str, Any]) -> None:
     made = pytest.importorskip("sb3_contrib").RecurrentPPO
     kwargs = {"lstm_hidden_size": 8, **more}
     with pytest.raises(UsageError, match="a recurrent policy needs one plain LSTM before these layers"):
-        actor_of(made("MlpLstmPolicy", Wide(), policy_kwargs=kwargs, device="cpu"))
+        weights.actor(made("MlpLstmPolicy", Wide(), policy_kwargs=kwargs, device="cpu"))
 
 
 LSTM_DAMAGES: list[dict[str, Any]] = [
@@ -148,7 +148,7 @@ LSTM_DAMAGES: list[dict[str, Any]] = [
 
 @pytest.mark.parametrize("changes", LSTM_DAMAGES, ids="-".join)
 def test_what_is_no_lstm_is_refused(changes: dict[str, Any], tmp_path: Path) -> None:
-    actor = actor_of(recurrent(RECURRENT[0]))
+    actor = weights.actor(recurrent(RECURRENT[0]))
     actor.save(tmp_path / "policy.npz")
     with np.load(tmp_path / "policy.npz") as file:
         whole = {**file, **changes}
@@ -160,7 +160,7 @@ def test_what_is_no_lstm_is_refused(changes: dict[str, Any], tmp_path: Path) -> 
 
 def test_an_actor_is_of_its_moment_and_a_rows_action_is_its_own() -> None:
     made = model(SAC, {})
-    actor = actor_of(made)
+    actor = weights.actor(made)
     before = actor(seen())
     with torch.no_grad():
         made.policy.actor.mu.bias += 1.0
@@ -184,12 +184,12 @@ class ReLU(nn.Module):
 @pytest.mark.parametrize("algorithm", [SAC, TD3, PPO])
 def test_other_networks_are_refused(algorithm: Any, activation: Any) -> None:
     with pytest.raises(UsageError, match="the policy cannot be saved as arrays: "):
-        actor_of(model(algorithm, {"net_arch": [8], "activation_fn": activation}))
+        weights.actor(model(algorithm, {"net_arch": [8], "activation_fn": activation}))
 
 
 @pytest.fixture
 def actor() -> Actor:
-    return actor_of(model(TD3, {"net_arch": [8]}))
+    return weights.actor(model(TD3, {"net_arch": [8]}))
 
 
 def parts(actor: Actor) -> dict[str, Any]:

@@ -5,7 +5,8 @@ import pytest
 import torch
 from torch import nn
 
-from agents.policies.networks import Dense, activate, arrays_by_name, layers_from_torch, layers_of, run_layers
+from agents.policies import networks
+from agents.policies.networks import Dense, activate, layers_from_torch
 
 
 def normal(*shape: int) -> np.ndarray:
@@ -14,9 +15,9 @@ def normal(*shape: int) -> np.ndarray:
 
 def test_full_layers_compute_as_torchs_and_come_back_from_their_names() -> None:
     network, seen = nn.Sequential(nn.Linear(5, 4), nn.GELU(), nn.Linear(4, 2)), normal(3, 6, 5)
-    layers = layers_of(arrays_by_name(layers_from_torch(network.parameters())))
+    layers = networks.layers(networks.arrays(layers_from_torch(network.parameters())))
     expected = network(torch.tensor(seen).float()).detach()
-    np.testing.assert_allclose(run_layers(layers, "GELU", seen), expected, atol=1e-6)
+    np.testing.assert_allclose(networks.run(layers, "GELU", seen), expected, atol=1e-6)
 
 
 @pytest.mark.filterwarnings("error")
@@ -26,7 +27,7 @@ def test_nothing_is_too_far_off_for_an_activation(name: str) -> None:
 
 
 def test_layers_of_another_kind_of_numbers_are_refused() -> None:
-    arrays = arrays_by_name((Dense(normal(2, 3), normal(2)),))
-    assert layers_of(arrays, np.float64)
+    arrays = networks.arrays((Dense(normal(2, 3), normal(2)),))
+    assert networks.layers(arrays, np.float64)
     with pytest.raises(ValueError, match="float64"):
-        layers_of(arrays)
+        networks.layers(arrays)

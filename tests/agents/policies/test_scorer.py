@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from agents.controllers.protocol import Observation
-from agents.dispatchers.registry import line_controller
+from agents.dispatchers import registry
 from agents.dispatchers.rules import IndexRule, ScoreController, choice_mask
 from agents.ground.cli import UsageError
 from agents.learning.residual import Scoring, choices_of
@@ -131,8 +131,8 @@ def test_the_network_that_learns_is_the_scorer_that_it_leaves(some: list[Observa
 def test_a_tuned_index_and_a_file_are_controllers_of_a_line(tmp_path: Path) -> None:
     env, core = vector_lines("single", 2)
     random_scorer().save(tmp_path / "mine.npz")
-    assert line_controller(str(tmp_path / "mine.npz"), core).name == "mine"
-    assert line_controller("index", core, weights={"wait": -0.1}).name == "index"
+    assert registry.make(str(tmp_path / "mine.npz"), core).name == "mine"
+    assert registry.make("index", core, weights={"wait": -0.1}).name == "index"
     with pytest.raises(UsageError, match="unknown controller of a line 'nobody'"):
-        line_controller("nobody", core)
+        registry.make("nobody", core)
     env.close()

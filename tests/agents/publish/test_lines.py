@@ -22,7 +22,6 @@ from agents.publish import __main__ as publish
 from agents.publish import onnx_graph
 from agents.publish.__main__ import Arguments
 from agents.publish.folder import film
-from agents.publish.onnx_graph import save_onnx
 from pnt_gym.cells.base.canvas import Picture
 from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.line.observation import ENTRIES
@@ -67,7 +66,7 @@ POLICIES: list[Actor | Scorer] = [
 
 @pytest.mark.parametrize("policy", POLICIES, ids=lambda p: f"{type(p).__name__}-{p.activation}-{len(p.layers)}")
 def test_the_runtime_chooses_as_the_policy(policy: Actor | Scorer, seen: np.ndarray, tmp_path: Path) -> None:
-    save_onnx(policy, tmp_path / "policy.onnx", {"env": "PnTLine-v0"})
+    onnx_graph.save(policy, tmp_path / "policy.onnx", {"env": "PnTLine-v0"})
     session = onnxruntime.InferenceSession(tmp_path / "policy.onnx", providers=["CPUExecutionProvider"])
     expected = ScoreController("it", policy).act(Observation(seen, np.zeros(len(seen), dtype=np.int64)))
     assert len(set(expected.tolist())) > 1
@@ -87,7 +86,7 @@ def test_a_graph_that_chooses_otherwise_is_refused(tmp_path: Path, monkeypatch: 
             made = onnx_graph.graph(wrong, {})
             patch.setattr(onnx_graph, "graph", lambda *_, made=made: made)
             with pytest.raises(UsageError, match="the ONNX graph does not choose as the policy does"):
-                save_onnx(right, tmp_path / "policy.onnx", {})
+                onnx_graph.save(right, tmp_path / "policy.onnx", {})
         assert not (tmp_path / "policy.onnx").exists()
 
 

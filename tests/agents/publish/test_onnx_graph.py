@@ -12,10 +12,9 @@ import pytest
 from torch import nn
 
 from agents.ground.cli import UsageError
+from agents.policies import weights
 from agents.policies.networks import ACTIVATIONS, Dense
-from agents.policies.weights import actor_of
 from agents.publish import onnx_graph
-from agents.publish.onnx_graph import save_onnx
 from tests.agents.policies.test_actor import HIGH, LOW, NETWORKS, PPO, RESIDUAL, SAC, model, seen
 from tests.tools.nightly import with_nightly
 
@@ -36,27 +35,29 @@ def assert_runs_as(made: Any, file: Path) -> None:
 )
 def test_the_runtime_acts_as_the_model(algorithm: Any, settings: dict[str, Any], tmp_path: Path) -> None:
     made = model(algorithm, settings)
-    save_onnx(actor_of(made), tmp_path / "policy.onnx", {})
+    onnx_graph.save(weights.actor(made), tmp_path / "policy.onnx", {})
     assert_runs_as(made, tmp_path / "policy.onnx")
 
 
 @pytest.mark.parametrize("name", ACTIVATIONS)
 def test_every_activation_has_its_operators(name: str, tmp_path: Path) -> None:
     made = model(SAC, {"net_arch": [8, 8], "activation_fn": getattr(nn, name)})
-    save_onnx(actor_of(made), tmp_path / "policy.onnx", {})
+    onnx_graph.save(weights.actor(made), tmp_path / "policy.onnx", {})
     assert_runs_as(made, tmp_path / "policy.onnx")
 
 
 def test_bounds_of_state_dependent_exploration_are_kept(tmp_path: Path) -> None:
     made = model("TQC", {"net_arch": [8], "clip_mean": 0.1}, use_sde=True)
-    save_onnx(actor_of(made), tmp_path / "policy.onnx", {})
+    onnx_graph.save(weights.actor(made), tmp_path / "policy.onnx", {})
     assert_runs_as(made, tmp_path / "policy.onnx")
 
 
 def test_what_the_graph_says_of_itself(tmp_path: Path) -> None:
     files = [tmp_path / name for name in ("one.onnx", "other.onnx")]
     for file in files:
-        save_onnx(actor_of(model(PPO, {"activation_fn": nn.GELU})), file, {"env": "PnTRelease-v0", "level": "waste"})
+        onnx_graph.save(
+            weights.actor(model(PPO, {"activation_fn": nn.GELU})), file, {"env": "PnTRelease-v0", "level": "waste"}
+        )
     assert files[0].read_bytes() == files[1].read_bytes()
     graph = onnx.load(files[0])
     assert [(found.domain, found.version) for found in graph.opset_import] == [("", 17)]
@@ -68,7 +69,7 @@ def test_what_the_graph_says_of_itself(tmp_path: Path) -> None:
 
 
 def test_a_graph_that_acts_otherwise_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    right = actor_of(model(SAC, {"net_arch": [8]}))
+    right = weights.actor(model(SAC, {"net_arch": [8]}))
     (weight, bias), last = right.layers
     for wrong in (
         replace(right, layers=(Dense(weight, bias + np.float32(0.01)), last)),
@@ -80,5 +81,5 @@ def test_a_graph_that_acts_otherwise_is_refused(tmp_path: Path, monkeypatch: pyt
             made = onnx_graph.graph(wrong, {})
             patch.setattr(onnx_graph, "graph", lambda *_, made=made: made)
             with pytest.raises(UsageError, match=r"the ONNX graph differs from the policy by .* of the range"):
-                save_onnx(right, tmp_path / "policy.onnx", {})
+                onnx_graph.save(right, tmp_path / "policy.onnx", {})
         assert not (tmp_path / "policy.onnx").exists()

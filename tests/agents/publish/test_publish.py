@@ -56,7 +56,7 @@ def test_a_published_policy_throws_as_the_run_did(run: Path, tmp_path: Path) -> 
     assert told["landing_error_mean_m"] == round(found[0]["landing_error_mean_m"], 4)
     reward = np.array([throw["reward"] for throw in found[0]["throws"]])
     assert told["mean_reward"] == f"{reward.mean():.2f} +/- {reward.std():.2f}"
-    session, actor = onnxruntime.InferenceSession(copy / "policy.onnx"), RunFolder(copy).load_actor()
+    session, actor = onnxruntime.InferenceSession(copy / "policy.onnx"), RunFolder(copy).actor()
     seen = np.random.default_rng(1).standard_normal((9, actor.sizes[0])).astype(np.float32)
     np.testing.assert_allclose(session.run(["action"], {"observation": seen})[0], actor(seen), rtol=0, atol=1e-6)
     about = session.get_modelmeta().custom_metadata_map
@@ -85,7 +85,7 @@ FULL_DISK = OSError(28, "No space left on device")
 @pytest.mark.parametrize(
     ("part", "error"),
     [
-        ("save_onnx", FULL_DISK),
+        ("save", FULL_DISK),
         ("film", KeyboardInterrupt()),
         ("evaluate", KeyboardInterrupt()),
         ("write_text", FULL_DISK),
@@ -100,7 +100,8 @@ def test_a_folder_is_published_in_full_or_not_at_all(
     kept = tmp_path / "kept"
     asked = Arguments(run, to=kept, picks=4, video=part == "film")
     with monkeypatch.context() as patch:
-        patch.setattr(folder if hasattr(folder, part) else publish, part, fails)
+        places = (folder, publish, folder.onnx_graph)
+        patch.setattr(next(place for place in places if hasattr(place, part)), part, fails)
         with pytest.raises(type(error)):
             publish.main(asked)
     assert not kept.exists()
@@ -119,7 +120,7 @@ def test_a_graph_that_is_not_the_whole_policy_is_not_written(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changes: dict[str, str], said: str
 ) -> None:
     monkeypatch.setattr(publish, "check_model", lambda folder: None)
-    RunFolder(run).write_arguments({**RunFolder(run).arguments, **changes})
+    RunFolder(run).write({**RunFolder(run).arguments, **changes})
     with pytest.raises(UsageError, match=f"{said}; give --no-onnx"):
         publish.main(Arguments(run, to=tmp_path / "kept", picks=4, video=False))
     assert not (tmp_path / "kept").exists()

@@ -7,7 +7,6 @@ import pytest
 from agents.ground import files
 from agents.report import contents
 from agents.report.answers import difference, interval
-from agents.report.contents import read_results
 from agents.report.questions import QUESTIONS
 
 BENCHMARK = {
@@ -45,12 +44,12 @@ def test_a_file_is_parsed_once_until_it_changes(tmp_path, monkeypatch):
     monkeypatch.setattr(contents, "read_json", parse)
     path = tmp_path / "x.json"
     path.write_text("[1]")
-    assert read_results(path) is read_results(path) == [1]
+    assert contents.read(path) is contents.read(path) == [1]
     path.write_text("[1, 2]")
-    assert read_results(path) == [1, 2]
+    assert contents.read(path) == [1, 2]
     assert calls == ["x.json", "x.json"]
     with pytest.raises(files.UsageError, match="cannot read"):
-        read_results(tmp_path / "none.json")
+        contents.read(tmp_path / "none.json")
 
 
 def answer(name, tmp_path, **sources):

@@ -1,6 +1,7 @@
 """What a benchmark of grasps says of each kind."""
 
-from agents.report.tables import kind_table, landing_table
+from agents.report import tables
+from agents.report.tables import kind_table
 
 
 def result(label, outcome, items, **counts):
@@ -30,7 +31,7 @@ def test_landings_of_a_kind_are_those_of_its_objects_that_flew():
             result("centre", "ssss", [2, 2, 2, 0], tries=4, **thrown),
         ],
     }
-    grid = landing_table(data, "grasp")
+    grid = tables.landings(data, "grasp")
     (row,) = grid.rows
     assert row[:5] == ["centre", "15/10/-6", "10/10/+10", "18/18/-14", "-"]
 
@@ -38,4 +39,4 @@ def test_landings_of_a_kind_are_those_of_its_objects_that_flew():
 def test_there_is_no_table_where_nothing_is_grasped():
     data = {"plan": {"env": "PnTRelease-v0", "inline": {}}, "results": [result("analytic", "s", [0])]}
     assert not kind_table(data, "grasp").rows
-    assert not landing_table(data, "grasp").rows
+    assert not tables.landings(data, "grasp").rows

@@ -8,7 +8,7 @@ import pytest
 
 from agents.ground.cli import UsageError
 from agents.ground.places import SHIPPED as ROOT
-from agents.report.contents import read_results
+from agents.report import contents
 
 TEXT = (ROOT / "results" / "reproduction.json").read_text(encoding="utf-8")
 FILES = [*(ROOT / "results").glob("benchmark*.json"), *(ROOT / "results" / "submissions").glob("*.json")]
@@ -25,7 +25,7 @@ def test_a_verdict_that_its_values_do_not_give_is_refused(record: dict[str, Any]
     row["verdict"] = "differs" if verdict == "reproduced" else "reproduced"
     (tmp_path / "r.json").write_text(json.dumps(record))
     with pytest.raises(UsageError, match=f"{row['quantity']} has the verdict '{row['verdict']}'"):
-        read_results(tmp_path / "r.json")
+        contents.read(tmp_path / "r.json")
 
 
 def test_another_value_without_another_verdict_is_refused(record: dict[str, Any], tmp_path: Path) -> None:
@@ -33,10 +33,10 @@ def test_another_value_without_another_verdict_is_refused(record: dict[str, Any]
     row["reproduced"] = 1e3
     (tmp_path / "r.json").write_text(json.dumps(record))
     with pytest.raises(UsageError, match="has the verdict 'reproduced', which its values do not give"):
-        read_results(tmp_path / "r.json")
+        contents.read(tmp_path / "r.json")
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_committed_files_show_what_their_throws_give(file: Path) -> None:
-    assert read_results(file)["table"]
+    assert contents.read(file)["table"]

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from agents.judging.shift_record import ShiftRecord
-from agents.report.line import best, gains_figure, gains_table, line_grids, seeds_table, value
+from agents.report import line
+from agents.report.line import best, gains_figure, gains_table, seeds_table, value
 from agents.report.tables import rows_of
 
 SHIFTS = 6
@@ -75,7 +76,7 @@ def test_a_level_on_which_nobody_has_learned_says_so() -> None:
 
 
 def test_a_plan_without_the_first_rule_has_no_such_table() -> None:
-    headlines = [grid.headline for grid in line_grids(data_of([RULES[0], *LEARNED]))]
+    headlines = [grid.headline for grid in line.grids(data_of([RULES[0], *LEARNED]))]
     assert "What the order is worth" not in headlines
     assert headlines[0] == "Every controller on the same held-out shifts"
 
@@ -92,7 +93,7 @@ def test_of_several_seeds_the_worst_is_compared_after_all_it_learned() -> None:
 
 
 def test_who_has_worked_fewer_shifts_is_named_under_the_table() -> None:
-    assert "6 held-out shifts (beam 3) per seed" in line_grids(DATA)[0].note
+    assert "6 held-out shifts (beam 3) per seed" in line.grids(DATA)[0].note
 
 
 def test_the_figure_has_a_mark_for_everybody_but_the_first_and_the_one_by_chance() -> None:

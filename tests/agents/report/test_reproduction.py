@@ -8,9 +8,10 @@ import pytest
 
 from agents.ground.cli import UsageError
 from agents.ground.tables import Grid
-from agents.report.__main__ import Arguments, main, read_chapters
+from agents.report import __main__, page
+from agents.report.__main__ import Arguments, main
 from agents.report.blocks import fill, makers_from
-from agents.report.page import Chapter, html_page, sections
+from agents.report.page import Chapter, sections
 from agents.reproduce.record import headlines
 
 OVERVIEW = Grid("Picks, published and ours", ["picks/min", "inside 15 %"], [["a throw | published", "30"]], "Under it.")
@@ -57,7 +58,7 @@ def results(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def chapters(results: Path) -> list[Chapter]:
-    return read_chapters(results)
+    return __main__.read(results)
 
 
 def test_every_paper_has_a_chapter_with_its_overview_first(chapters: list[Chapter]) -> None:
@@ -84,7 +85,7 @@ def test_the_note_counts_figures_of_ours_apart(chapters: list[Chapter]) -> None:
 
 def test_only_drawings_that_exist_are_in_the_page_and_text_is_text(results: Path, chapters: list[Chapter]) -> None:
     assert set(chapters[0].figures) == {"one_drawing.svg"}
-    text = html_page(sections(chapters, results))
+    text = page.html(sections(chapters, results))
     assert text.startswith("<!DOCTYPE html>")
     assert [text.count(tag) for tag in ("<html ", "<style>", "</style>", "<body>", "</body>", "</html>")] == [1] * 6
     assert '<img src="figures/one_drawing.svg"' in text
@@ -121,6 +122,6 @@ def test_a_record_of_another_form_is_refused_in_a_sentence(results: Path) -> Non
     old = {name: value for name, value in record().items() if name not in ("overview", "grids", "titles")}
     (results / "reproduction.json").write_text(json.dumps(old))
     with pytest.raises(UsageError, match=r"has 3 problems:\n- key 'titles' is missing\n- key 'ove"):
-        read_chapters(results)
+        __main__.read(results)
     with pytest.raises(UsageError, match=r"has 3 problems:\n- key 'titles' is missing\n- key 'ove"):
         fill("<!-- table:one/table1 -->\n<!-- /table -->\n", makers_from(results))

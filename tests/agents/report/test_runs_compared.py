@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from agents.report import profiles
 from agents.report.pays import crossover_grid, improvement_grid, profiles_figure
-from agents.report.profiles import improvement_interval, performance_profile, probability_of_improvement, profile_band
+from agents.report.profiles import probability_of_improvement, profile_band
 from agents.report.questions import QUESTIONS
 
 RLIABLE = {
@@ -91,9 +92,9 @@ def test_levels_count_alike_and_are_resampled_by_themselves() -> None:
     """Of two levels, one learner is always better on the first and always worse on the second."""
     first, second = [[1.0, 9.0], [2.0, 9.5]], [[3.0, 5.0], [4.0, 6.0], [5.0, 7.0]]
     assert probability_of_improvement(first, second) == 0.5
-    interval = improvement_interval(first, second)
+    interval = profiles.interval(first, second)
     assert (interval.low, interval.high) == (0.5, 0.5)
-    assert performance_profile(first, [0.0, 1.5, 5.0, 9.2, 10.0]).tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert profiles.profile(first, [0.0, 1.5, 5.0, 9.2, 10.0]).tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
     low, high = profile_band(first, [5.0, 1.5])
     assert (low[0], high[0]) == (0.5, 0.5), "each level has as many runs as before"
     assert (low[1], high[1]) == (0.0, 0.5)
@@ -105,8 +106,8 @@ def test_formulas_agree_with_rliable() -> None:
     first, second = random.normal(size=(6, 3)), random.normal(0.4, size=(5, 3))
     assert probability_of_improvement(-first, -second) == pytest.approx(RLIABLE["improvement"])
     bounds = np.array([-1.0, 0.0, 0.5])
-    assert performance_profile(-first, -bounds).tolist() == pytest.approx(RLIABLE["profile"])
-    interval, (low, high) = improvement_interval(-first, -second), profile_band(-first, -bounds)
+    assert profiles.profile(-first, -bounds).tolist() == pytest.approx(RLIABLE["profile"])
+    interval, (low, high) = profiles.interval(-first, -second), profile_band(-first, -bounds)
     # Bootstraps with other random numbers: ends agree to a step of a share, and to two points.
     assert (interval.low, interval.high) == pytest.approx(RLIABLE["improvement_ends"], abs=0.02)
     np.testing.assert_allclose([low, high], RLIABLE["profile_ends"], atol=0.06)

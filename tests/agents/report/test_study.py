@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 
 from agents.ground.cli import UsageError
-from agents.report.pictures import methods_figure, methods_figures
-from agents.report.templates import cell_text, study_grid
+from agents.report import pictures, templates
 from agents.results.study import StudyPlan, Table, pool, share, shipped_study
 
 ROW = {
@@ -46,7 +45,7 @@ ROW = {
     ],
 )
 def test_a_cell_is_what_its_expression_makes_of_a_row(expression: str, text: str) -> None:
-    assert cell_text(expression, {**ROW, "row": ROW}) == text
+    assert templates.text(expression, {**ROW, "row": ROW}) == text
 
 
 def plan() -> StudyPlan:
@@ -77,7 +76,7 @@ def table(**changes: Any) -> Table:
 
 
 def test_an_axis_across_has_a_column_for_each_value_and_rows_that_meet_are_averaged() -> None:
-    grid = study_grid(plan(), table(), data())
+    grid = templates.grid(plan(), table(), data())
     assert grid.header == ["level", "b", "first way"]
     assert grid.rows == [["`waste`", "1.5", "3.0"], ["`dense`", "-", "4.0"]]
 
@@ -85,18 +84,18 @@ def test_an_axis_across_has_a_column_for_each_value_and_rows_that_meet_are_avera
 def test_values_of_one_name_share_a_column_but_not_a_cell() -> None:
     named = plan().model_copy(update={"names": {"planner": {"b": "a way", "a": "a way"}}})
     apart = {**data(), "rows": [row for row in data()["rows"] if row.get("pace") in (1.0, 4.0)]}
-    grid = study_grid(named, table(), apart)
+    grid = templates.grid(named, table(), apart)
     assert grid.header == ["level", "a way"]
     assert grid.rows == [["`waste`", "1.0"], ["`dense`", "4.0"]]
     with pytest.raises(UsageError, match="table 'T': planner a, b meet in a cell; they need different names"):
-        study_grid(named, table(), data())
+        templates.grid(named, table(), data())
 
 
 def test_a_table_shows_the_rows_that_it_asks_for_and_its_note_tells_counts_and_settings() -> None:
     note = "{{ throws }} of {{ settings.shifts }} shifts, seed {{ seed }}"
     figures = {"by": "planner", "pace": "pace|number"}
     wanted = table(columns="", figure="", figures=figures, where={"planner": ["b"]}, note=note)
-    grid = study_grid(plan(), wanted, data())
+    grid = templates.grid(plan(), wanted, data())
     assert grid.header == ["level", "by", "pace"]
     assert grid.rows == [["`waste`", "b", "1.0"], ["`waste`", "b", "2.0"]]
     assert grid.note == "4 of 3 shifts, seed 2"
@@ -107,7 +106,7 @@ def test_shares_that_meet_are_those_of_all_cases() -> None:
     whole = pool(rows)["share"]
     assert (whole["true"], whole["count"]) == (4, 6)
     assert whole == share([True] * 4 + [False] * 2)
-    assert cell_text("share|percent(0)", {"share": whole}) == "67 % (30..90)"
+    assert templates.text("share|percent(0)", {"share": whole}) == "67 % (30..90)"
 
 
 @pytest.mark.parametrize("changes", [{"figure": ""}, {"columns": ""}, {"figures": {"pace": "pace"}}])
@@ -126,11 +125,11 @@ def methods() -> dict[str, Any]:
 
 
 def test_the_figure_has_a_line_for_each_method_in_each_panel_with_a_gap_where_it_cannot_throw() -> None:
-    panels = [panel for panel in methods_figure(methods()).axes if panel.get_visible()]
+    panels = [panel for panel in pictures.figure(methods()).axes if panel.get_visible()]
     assert [panel.get_title() for panel in panels] == ["level nominal", "level waste", "opening", "distance", "grip"]
     for panel in panels:
         assert [line.get_label() for line in panel.lines] == list(shipped_study("methods").names["planner"].values())
     assert math.isnan(panels[0].lines[0].get_ydata()[0])
     assert list(panels[0].lines[1].get_xdata()) == [15, 20, 30, 40, 60]
     assert list(panels[0].lines[1].get_ydata()) == [1.0, 6.0, 11.0, 16.0, 21.0]
-    assert set(methods_figures(methods())) == {"methods.svg"}
+    assert set(pictures.figures(methods())) == {"methods.svg"}

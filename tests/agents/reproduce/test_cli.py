@@ -17,7 +17,7 @@ from agents.ground.versions import module_files
 from agents.reproduce import papers, record
 from agents.reproduce.__main__ import Arguments, main
 from agents.reproduce.finding import Findings, Overview, Row
-from agents.reproduce.papers import OPTIMA, PAPERS, PART_NAMES, jobs, needs_optima, package, run_part
+from agents.reproduce.papers import OPTIMA, PAPERS, PART_NAMES, jobs, needs_optima, package
 from agents.reproduce.record import assemble, headlines
 from pnt_gym.errors import PntGymError
 from tests.tools.commands import figures_of, output_of, run_python
@@ -174,7 +174,7 @@ def test_a_part_that_cannot_be_done_says_which(
 
     with_part(monkeypatch, fail)
     with pytest.raises(PntGymError, match=said):
-        run_part("hassan", "small", tmp_path)
+        papers.run("hassan", "small", tmp_path)
     assert not list(tmp_path.iterdir())
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from agents.ground.tables import Grid
-from agents.reproduce.finding import Row, agree, judge_statements, printed, share
+from agents.reproduce import finding
+from agents.reproduce.finding import Row, agree, printed, share
 from agents.reproduce.grids import JUDGED, below, by_quantity, number, plain, row_grids, short, value, with_unit
 
 
@@ -35,9 +36,9 @@ def test_a_verdict_follows_from_the_figures(published: Any, ours: Any, within: f
 
 @pytest.mark.parametrize(("ours", "verdict"), [(135.0, "misprint"), (57.4, "reproduced")])
 def test_a_misprint_needs_another_figure_and_a_slip_that_gives_the_published_one(ours: float, verdict: str) -> None:
-    row = Row.compared("gain", 57.5, ours, "%", within=printed(1) + 0.1, explained=57.5)
+    row = Row.compared("gain", 57.5, ours, "%", within=printed(1) + 0.1).explain(57.5)
     assert row.verdict == verdict
-    assert Row.compared("gain", 57.5, 135.0, "%", within=0.1, explained=60.0).verdict == "differs"
+    assert Row.compared("gain", 57.5, 135.0, "%", within=0.1).explain(60.0).verdict == "differs"
 
 
 @pytest.mark.parametrize(
@@ -45,7 +46,7 @@ def test_a_misprint_needs_another_figure_and_a_slip_that_gives_the_published_one
     [(True, None, "reproduced"), (False, None, "differs"), (False, "> 2", "misprint"), (False, "> 3", "differs")],
 )
 def test_a_claim_in_words_is_judged_by_whether_it_holds(holds: bool, explained: str | None, verdict: str) -> None:
-    assert Row.compared("ratio", "> 2", 1.5, "-", holds=holds, explained=explained).verdict == verdict
+    assert Row.compared("ratio", "> 2", 1.5, "-", holds=holds).explain(explained).verdict == verdict
 
 
 def test_figures_of_ours_and_missing_ones_are_not_judged() -> None:
@@ -60,12 +61,12 @@ def test_a_statement_counts_once_and_differs_only_if_it_differs_under_every_read
         Row.compared("a/second", 1.0, 1.0, "m", statement="a"),
         Row.compared("b/first", 1.0, 2.0, "m", statement="b"),
         Row.missing("b/second", 1.0, "m", "unpublished", note="why", statement="b"),
-        Row.compared("c", 1.0, 2.0, "m", explained=1.0),
+        Row.compared("c", 1.0, 2.0, "m").explain(1.0),
         Row.ours("b/third", 1.0, "m", beside=1.0),
     ]
     verdicts = {"a": "reproduced", "b": "differs", "c": "misprint"}
-    assert judge_statements(row.as_json() for row in rows) == verdicts
-    assert judge_statements(row.as_json() for row in reversed(rows)) == verdicts
+    assert finding.judge(row.as_json() for row in rows) == verdicts
+    assert finding.judge(row.as_json() for row in reversed(rows)) == verdicts
 
 
 def test_no_detail_takes_the_place_of_a_verdict() -> None:

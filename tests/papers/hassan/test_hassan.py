@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from agents.ground.drawings import svg
-from agents.reproduce.finding import judge_statements
+from agents.reproduce import finding
 from agents.reproduce.grids import by_quantity
 from papers import hassan
 from papers.hassan import cases
@@ -222,7 +222,7 @@ def test_claims_that_hold(statements):
 
 def test_nine_statements_of_the_paper_differ_by_every_reading(statements, fig_12, found_table):
     rows = [row.as_json() for row in (*statements.values(), *fig_12.values(), *found_table.rows)]
-    verdicts = judge_statements(rows)
+    verdicts = finding.judge(rows)
     names = [name.removeprefix("hassan/statement/") for name, verdict in verdicts.items() if verdict == "differs"]
     assert names == [
         "hassan/example/throw-2-point", "hassan/example/throw-3-point", "greatest-height", "method-2-heights",

@@ -6,7 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from agents.reproduce.finding import Findings, Row, judge_statements
+from agents.reproduce import finding
+from agents.reproduce.finding import Findings, Row
 from papers.miyashita import acceptance, accessible, cases, example, formulas, learning, margins, tasks
 from papers.miyashita.planning.programme import Throw
 from pnt_gym.cells.one_joint.config import OneJointConfig
@@ -179,7 +180,7 @@ def test_rows_of_one_case_draw_the_same_and_others_do_not() -> None:
 
 def test_fig_10_comes_out_for_every_gain_that_does_not_overshoot() -> None:
     rows = [r.as_json() for r in findings("learning").rows]
-    assert set(judge_statements(rows).values()) == {"reproduced"}
+    assert set(finding.judge(rows).values()) == {"reproduced"}
     assert row("learning", "fig-10/gradually").verdict == "reproduced"
 
 
