@@ -94,12 +94,6 @@ class Marker:
         """Write this shape into one of MuJoCo's abstract geoms."""
         mujoco.mjv_initGeom(geom, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
 
-    def add_to(self, scene: Any) -> None:
-        """Add the shape to a scene, if the scene has room for another shape."""
-        if scene.ngeom < scene.maxgeom:
-            self.write(scene.geoms[scene.ngeom])
-            scene.ngeom += 1
-
 
 @final
 class Canvas:
@@ -134,7 +128,11 @@ class Canvas:
             renderer = self._open_renderer(model)
             renderer.update_scene(data, self.camera)
             for marker in markers:
-                marker.add_to(renderer.scene)
+                # Add the shape to a scene, if the scene has room for another shape.
+                scene = renderer.scene
+                if scene.ngeom < scene.maxgeom:
+                    marker.write(scene.geoms[scene.ngeom])
+                    scene.ngeom += 1
             with renderer._gl_context.as_current():  # current for this picture only: other threads draw, too
                 return renderer.render().copy()
 

@@ -93,17 +93,6 @@ def complete_item(entry: Mapping[str, Any]) -> dict[str, Any]:
     return {"assumed": tuple(assumed), **values, **given}
 
 
-def complete_items(value: object) -> object:
-    """Items of a level with every key; a value that is no list stays as it is.
-
-    Raises:
-        ValueError: an item is `like` no item of the catalogue.
-    """
-    entries = _entries(value)
-    completed = [complete_item(cast("dict[str, Any]", e)) if isinstance(e, dict) else e for e in entries]
-    return completed or value  # what is no list is refused by its form
-
-
 def _entries(value: object) -> Sequence[object]:
     """Entries of a list; none of anything else."""
     return cast("Sequence[object]", value) if isinstance(value, list | tuple) else ()
@@ -134,7 +123,10 @@ class ItemsConfig(LevelConfig):
     @classmethod
     def _complete_items(cls, value: object) -> object:
         """The items with the defaults of their shape, or the values of the item that they are `like`."""
-        return complete_items(value)
+        # Items of a level with every key; a value that is no list stays as it is.
+        entries = _entries(value)
+        completed = [complete_item(cast("dict[str, Any]", e)) if isinstance(e, dict) else e for e in entries]
+        return completed or value  # what is no list is refused by its form
 
     def problems(self) -> Iterator[str]:
         """A sentence for each problem of values that are possible alone, and not together; here in names of items."""

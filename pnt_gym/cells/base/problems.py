@@ -44,7 +44,21 @@ def _problems(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> Iterat
     """A sentence about each unknown key, then about each missing key, then about each value that is not possible."""
     for problem in problems:
         if problem["type"] == "extra_forbidden":
-            yield f"unknown key {_unknown_key(problem['loc'], kind)}"
+            # An unknown key, with the key that was perhaps meant: one that is spelled alike, or that stands elsewhere.
+            place = problem["loc"]
+            key, section = str(place[-1]), _section_at(kind, place[:-1])
+            known = list(section.model_fields) if section else []
+            alike = closest_name(key, known)
+            hints = (
+                [_text((*place[:-1], alike))]
+                if alike
+                else [path for path in _paths(kind) if path.split(".")[-1] == key]
+            )
+            if len(hints) == 1:
+                further = f" (perhaps {hints[0]})"
+            else:
+                further = f"; known are {join_names([key], known, BRIEF)}" if known else ""
+            yield f"unknown key {one_sentence(repr(_text(place)), 80) + further}"
     for problem in problems:
         if _is_missing_key(problem):
             yield f"key {_text(problem['loc'])!r} is missing"
@@ -66,7 +80,9 @@ def _wrong_values(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> It
         place = problem["loc"]
         if problem["type"] == "extra_forbidden" or _is_missing_key(problem):
             continue
-        if problem["type"] == "too_short" and any(_is_within(place, other["loc"]) for other in problems):
+        if problem["type"] == "too_short" and any(
+            other["loc"][: len(place)] == place and other["loc"] != place for other in problems
+        ):
             continue  # pydantic does not count wrong values
         is_form = len(place) > 1 and _FORM.fullmatch(str(place[-1]))
         is_short = problem["type"] == "missing"  # a list of fixed length that ends too early
@@ -81,10 +97,6 @@ def _wrong_values(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> It
             else:
                 message = ", or ".join(_message(problem, place, kind) for problem in complaints)
             yield f"{_text(place) or 'it'} is {value}: {message}"
-
-
-def _is_within(place: Place, part: Place) -> bool:
-    return part[: len(place)] == place and part != place
 
 
 def _message(problem: ErrorDetails, place: Place, kind: type[BaseModel]) -> str:
@@ -120,22 +132,6 @@ def _first_keys(section: type[BaseModel]) -> str:
     needed = [name for name, field in section.model_fields.items() if field.is_required()]
     *before, last = (needed or list(section.model_fields))[:3]
     return f"keys {', '.join(before)} and {last}" if before else f"key {last}"
-
-
-def _unknown_key(place: Place, kind: type[BaseModel]) -> str:
-    """An unknown key, with the key that was perhaps meant: one that is spelled alike, or that stands elsewhere.
-
-    A key that is like no other is followed by keys that there are.
-    """
-    key, section = str(place[-1]), _section_at(kind, place[:-1])
-    known = list(section.model_fields) if section else []
-    alike = closest_name(key, known)
-    hints = [_text((*place[:-1], alike))] if alike else [path for path in _paths(kind) if path.split(".")[-1] == key]
-    if len(hints) == 1:
-        further = f" (perhaps {hints[0]})"
-    else:
-        further = f"; known are {join_names([key], known, BRIEF)}" if known else ""
-    return one_sentence(repr(_text(place)), 80) + further
 
 
 def _sections_in(annotation: Any) -> Iterator[type[BaseModel]]:

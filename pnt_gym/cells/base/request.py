@@ -40,7 +40,10 @@ def advance_to_request(cell: Cell[Any, Any, Any, Any], generators: Generators, r
     while (pending := np.flatnonzero(jumps < 0)).size > 0:
         draws = min(max(tried, FIRST_BATCH), max(LARGEST_BATCH // pending.size, 1), MOST_DRAWS - tried)
         if draws == 0:
-            raise _not_drawn_error(cell, request)
+            request_text = " and ".join(f"{option} {name!r}" for option, name in request.items())
+            names_text = " and ".join(f"{option}s {_join_names(_names(cell, option))}" for option in request)
+            sentence = f"{request_text} did not come in {MOST_DRAWS} draws of level {cell.config.name!r}"
+            raise ConfigError(f"{sentence}, which has {names_text}")
         scout = cell.scout([_jump_ahead(generators[row], tried + k) for row in pending for k in range(draws)])
         fits = _fulfils(scout, request).reshape(-1, draws)
         fulfilled = fits.any(axis=1)
@@ -82,13 +85,6 @@ def requested_name(cell: Cell[Any, Any, Any, Any], option: str, value: Any) -> s
         return names[int(value)]
     further = f", or an index from 0 to {len(names) - 1}" if names else f" with a name on level {cell.config.name!r}"
     raise ConfigError(unknown_name(option, value, names, further))
-
-
-def _not_drawn_error(cell: Cell[Any, Any, Any, Any], request: Request) -> ConfigError:
-    request_text = " and ".join(f"{option} {name!r}" for option, name in request.items())
-    names_text = " and ".join(f"{option}s {_join_names(_names(cell, option))}" for option in request)
-    sentence = f"{request_text} did not come in {MOST_DRAWS} draws of level {cell.config.name!r}"
-    return ConfigError(f"{sentence}, which has {names_text}")
 
 
 def _join_names(names: Sequence[str]) -> str:

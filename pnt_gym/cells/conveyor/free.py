@@ -110,10 +110,18 @@ class FreeObjects:
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)
         touched = clock.meets(context, (records[..., :3], records[..., 7:10], records[..., 3:7]), steps)
-        rows = (self._near(context, landing) & ~touched).nonzero()[0]
+        # Which landings (N, 2) are near the opening of the throw's bin, or of any fixed one (N,).
+        bins = [(context.target[:, :2], context.opening)]
+        bins += [(np.array([b.x, b.y]), np.array(b.size)) for b in self._config.bins.fixed]
+        near = [(np.abs(landing - centre) <= size / 2.0 + NEAR_DISTANCE).all(axis=1) for centre, size in bins]
+        rows = (np.any(near, axis=0) & ~touched).nonzero()[0]
         if rows.size > 0:
             level = context.target[:, 2] + farthest_points(context)
-            first = _last_moment_above(level, records[..., 2])[rows]
+            # Last moments (N,) at which objects at heights (N, K) [m] are above levels (N,) [m].
+            height = records[..., 2]
+            above = ~(height < level[:, None])
+            last = np.maximum(height.shape[1] - 1 - np.argmax(above[:, ::-1], axis=1), 0)
+            first = (last * above.any(axis=1))[rows]
             remaining = (clock.end - clock.release)[rows] - first * clock.stride
             end = self.settle(rows, take(context, rows), take(flying, rows), records[rows, first], remaining)
             position[rows], velocity[rows] = end.position, end.velocity
@@ -162,13 +170,6 @@ class FreeObjects:
         solid["rebound"], solid["farthest"] = rebounds, farthest_points(context)
         return Vicinity(solid, bins, context.target[:, 2].copy(), take(self._ground, np.zeros(count, dtype=np.int64)))
 
-    def _near(self, context: Context, landing: Floats) -> Bools:
-        """Which landings (N, 2) are near the opening of the throw's bin, or of any fixed one (N,)."""
-        bins = [(context.target[:, :2], context.opening)]
-        bins += [(np.array([b.x, b.y]), np.array(b.size)) for b in self._config.bins.fixed]
-        near = [(np.abs(landing - centre) <= size / 2.0 + NEAR_DISTANCE).all(axis=1) for centre, size in bins]
-        return np.any(near, axis=0)
-
 
 def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats) -> tuple[Floats, Floats, Ints]:
     """Where N released objects cross the heights of rims (N,) [m], in the air alone.
@@ -192,12 +193,6 @@ def farthest_points(context: Context) -> Floats:
     full, depth = context.objects.extents, context.objects.com_depth
     # Half the diagonal plus the offset.
     return length(full) / 2.0 + np.abs(depth - full[:, 2] / 2.0)
-
-
-def _last_moment_above(level: Floats, height: Floats) -> Ints:
-    """Last moments (N,) at which objects at heights (N, K) [m] are above levels (N,) [m]."""
-    below = height < level[:, None]
-    return np.maximum(height.shape[1] - 1 - np.argmax(~below[:, ::-1], axis=1), 0) * (~below).any(axis=1)
 
 
 def _release_states(clock: ThrowClock) -> Floats:

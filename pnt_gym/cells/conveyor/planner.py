@@ -290,7 +290,13 @@ class PickPlanner:
         """The bins of objects in the order in which to try them: fixed bins, or bins at random places."""
         draw, r = objects.draws.bin, self.config.bins.random
         if r is None:
-            return self._fixed_bins(self._accepting_bins(objects))
+            # Indices (N, B) of accepting fixed bins in turn, starting at a random one; they repeat.
+            choices = self.accepts[objects.measured.kind]
+            count = choices.sum(axis=1)
+            start = np.minimum((objects.draws.bin[:, 0, 0] * count).astype(np.int64), count - 1)
+            chosen_rank = (start[:, None] + np.arange(choices.shape[1], dtype=np.int64)) % count[:, None]
+            rank = np.cumsum(choices, axis=1) - 1
+            return self._fixed_bins(np.argmax(choices[:, None] & (rank[:, None] == chosen_rank[:, :, None]), axis=2))
         shape = draw.shape[:-1]
         target, opening = np.full((*shape, 3), self.config.bins.rim), np.empty((*shape, 2))
         inputs = in_order(draw, objects.measured.size, np.array([r.x, r.y, r.side]))
@@ -302,12 +308,3 @@ class PickPlanner:
         target = np.full((*index.shape, 3), self.config.bins.rim)
         target[..., :2] = self._centres[index]
         return BinsInTurn(target, self._openings[index], index)
-
-    def _accepting_bins(self, objects: Objects) -> Ints:
-        """Indices (N, B) of accepting fixed bins in turn, starting at a random one; they repeat."""
-        choices = self.accepts[objects.measured.kind]
-        count = choices.sum(axis=1)
-        start = np.minimum((objects.draws.bin[:, 0, 0] * count).astype(np.int64), count - 1)
-        chosen_rank = (start[:, None] + np.arange(choices.shape[1], dtype=np.int64)) % count[:, None]
-        rank = np.cumsum(choices, axis=1) - 1
-        return np.argmax(choices[:, None] & (rank[:, None] == chosen_rank[:, :, None]), axis=2)

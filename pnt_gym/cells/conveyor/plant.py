@@ -294,14 +294,11 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         else:
             batch.expand("site_quat")[rows, site] = yaw_attitude(-o.yaw)
         if self.config.cup.fitted:
-            self._widen(rows, o.cup_radius)
-
-    def _widen(self, rows: Ints, radius: Floats) -> None:
-        """Write the radii (N,) [m] of the cups of some simulations."""
-        fields = scene_kernel.CupFields(*map(self.batch.expand, scene_kernel.CUP_FIELDS))
-        bounds = np.hypot(radius[:, None], self._cup_halves)
-        inputs = in_order(rows, self._cups, radius, self._cup_halves, bounds)
-        scene_kernel.widen_cups(*inputs, fields)
+            # Write the radii (N,) [m] of the cups of some simulations.
+            fields = scene_kernel.CupFields(*map(self.batch.expand, scene_kernel.CUP_FIELDS))
+            bounds = np.hypot(o.cup_radius[:, None], self._cup_halves)
+            inputs = in_order(rows, self._cups, o.cup_radius, self._cup_halves, bounds)
+            scene_kernel.widen_cups(*inputs, fields)
 
     def _write_springs(self, rows: Ints, context: Context, spring: Spring) -> None:
         """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""

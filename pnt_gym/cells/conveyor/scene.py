@@ -102,7 +102,10 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
     _add_object_and_bins(spec, config)
     _add_grip(spec, config)
     _add_object_sensors(spec)
-    _add_hand_sensors(spec, robot)
+    # Add the sensors of the hand, in the order and widths of `SENSORS`.
+    add_place_sensor(spec, robot.tcp)
+    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object", "cup")
+    add_torque_sensors(spec, robot.actuators)
     model = spec.compile()
     swing = _actuators(model, "swing_x", 3 * config.swings)
     return Scene(
@@ -292,31 +295,21 @@ def _add_spring(spec: MjSpec) -> None:
 def add_bins(spec: MjSpec, config: ConveyorConfig) -> None:
     """Add the bodies `bin_0`, `bin_1` and so on, each with the panels of `bin_panels`."""
     for index, (x, y, size) in enumerate(_bin_places(config)):
-        _add_bin(spec, index, (x, y), size, config.bins)
-
-
-def _add_bin(spec: MjSpec, index: int, centre: tuple[float, float], size: tuple[float, float], bins: Bins) -> None:
-    body = spec.worldbody.add_body(name=f"bin_{index}", pos=[*centre, bins.rim])
-    half, middle = bin_panels(np.array([size]), bins)
-    for k in range(5):
-        body.add_geom(
-            name=f"bin_{index}_{k}",
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=half[0, k],
-            pos=middle[0, k],
-            rgba=BIN_RGBA[index % len(BIN_RGBA)],
-            solref=SURROUNDINGS_SOLREF,
-        )
+        centre = (x, y)
+        body = spec.worldbody.add_body(name=f"bin_{index}", pos=[*centre, config.bins.rim])
+        half, middle = bin_panels(np.array([size]), config.bins)
+        for k in range(5):
+            body.add_geom(
+                name=f"bin_{index}_{k}",
+                type=mujoco.mjtGeom.mjGEOM_BOX,
+                size=half[0, k],
+                pos=middle[0, k],
+                rgba=BIN_RGBA[index % len(BIN_RGBA)],
+                solref=SURROUNDINGS_SOLREF,
+            )
 
 
 def _add_object_sensors(spec: MjSpec) -> None:
     """Add the sensors of the object, in the order and widths of `SENSORS`."""
     add_motion_sensors(spec)
     add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object")
-
-
-def _add_hand_sensors(spec: MjSpec, robot: T3krHandles) -> None:
-    """Add the sensors of the hand, in the order and widths of `SENSORS`."""
-    add_place_sensor(spec, robot.tcp)
-    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object", "cup")
-    add_torque_sensors(spec, robot.actuators)

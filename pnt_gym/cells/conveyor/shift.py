@@ -142,7 +142,14 @@ class DriftingCells(SteadyCells):
         """The next picks in cells that have drifted further, with the camera's measurements of these throws."""
         is_visible, error = self._schedule.measure(outcome, self._config)
         self._schedule = self._schedule.advance()
-        before = remember_throws(context, plans, is_visible, error, self._schedule.at / self._config.picks_per_shift)
+        # Measurements of throws, as the next observation has them.
+        gone = self._schedule.at / self._config.picks_per_shift
+        rim = context.target[:, 2]
+        displacement = landing_point(plans.position, plans.velocity, rim) - landing_point(
+            context.plan.position, context.plan.velocity, rim
+        )
+        offset = np.nan_to_num(np.stack(context.to_throw_frame(displacement), axis=1))
+        before = LastThrow(is_visible, error, offset, context.direction, gone)
         return self._apply_drift(picks, self._schedule).replace(before=before)
 
     def feedback(self, before: LastThrow) -> dict[str, NDArray[Any]]:
@@ -180,21 +187,3 @@ def apply_drift(context: Context, now: HiddenDrift, config: ConveyorConfig) -> C
     delay = np.maximum(objects.delay + now.delay, 0.0)
     spin = spin_at_grasp(planned, objects.grasp + unseen, config)
     return context.replace(objects=objects.replace(delay=delay, spin=spin), drift=total, unseen=unseen)
-
-
-def remember_throws(context: Context, plans: ReleaseBatch, is_visible: Bools, error: Floats, gone: Floats) -> LastThrow:
-    """Measurements of throws, as the next observation has them.
-
-    Args:
-        context: the N picks.
-        plans: the plans of their throws.
-        is_visible: which landings the camera saw (N,).
-        error: the measured landing errors (N, 2) [m].
-        gone: share of the shift that is over (N,).
-    """
-    rim = context.target[:, 2]
-    displacement = landing_point(plans.position, plans.velocity, rim) - landing_point(
-        context.plan.position, context.plan.velocity, rim
-    )
-    offset = np.nan_to_num(np.stack(context.to_throw_frame(displacement), axis=1))
-    return LastThrow(is_visible, error, offset, context.direction, gone)

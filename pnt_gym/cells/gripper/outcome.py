@@ -62,7 +62,12 @@ class RecordedThrows:
         grip_step = np.minimum(np.ceil(plans.grip_time / step).astype(np.int64), last_step)
         open_step = np.clip(np.floor(plans.open_time / step).astype(np.int64), grip_step, last_step)
         release = _free_step(touch, grip_step, last_step, round(BRUSHING / step))
-        relative_position, off_table_step = position - hand, _off_table_step(position[..., 2], grip_step, open_step)
+        # First step after the grip with the object off the table (N,); the opening's step if it stays on the table.
+        height = position[..., 2]
+        steps = np.arange(height.shape[1], dtype=np.int64)
+        is_off = (height > height[:, :1] + OFF_TABLE) & (steps >= grip_step[:, None]) & (steps < open_step[:, None])
+        off_table_step = np.where(is_off.any(axis=1), is_off.argmax(axis=1), open_step)
+        relative_position = position - hand
         return cls(
             flight=ObjectFlight(
                 position=position,
@@ -123,13 +128,6 @@ def judge(throws: RecordedThrows, plans: TossPlans, config: GripperConfig, retur
         peak_torque=throws.peak_torque,
         energy=throws.energy,
     )
-
-
-def _off_table_step(height: Floats, grip_step: Ints, open_step: Ints) -> Ints:
-    """First step after the grip with the object off the table (N,); the opening's step if it stays on the table."""
-    steps = np.arange(height.shape[1], dtype=np.int64)
-    is_off = (height > height[:, :1] + OFF_TABLE) & (steps >= grip_step[:, None]) & (steps < open_step[:, None])
-    return np.where(is_off.any(axis=1), is_off.argmax(axis=1), open_step)
 
 
 def _free_step(touch: Bools, grip_step: Ints, last_step: Ints, window: int) -> Ints:

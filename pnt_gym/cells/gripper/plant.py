@@ -82,7 +82,12 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
         qpos[:, first : first + 2] = context.place + hidden.offset
         height = np.where(upright, full[:, 0], full[:, 2])
         qpos[:, first + 2] = self.config.table.height + height / 2.0 + _GAP
-        qpos[:, first + 3 : first + 7] = _attitude(hidden.yaw, upright)
+        # Quaternions (N, 4) of a turn about the vertical, for upright objects after turning the body's x axis up.
+        # Half of a turn by -90 degrees about y, which lifts the body's x axis.
+        tilt = np.where(upright, -np.pi / 4.0, 0.0)
+        cos, sin = np.cos(hidden.yaw / 2.0), np.sin(hidden.yaw / 2.0)
+        c, s = np.cos(tilt), np.sin(tilt)
+        qpos[:, first + 3 : first + 7] = np.stack([cos * c, -sin * s, cos * s, sin * c], axis=-1)
         batch.bind("eq_active")[:] = 1.0
         if hidden.belt_speed is not None:
             self._set_in_motion(start, plans.belt, hidden.belt_speed)
@@ -125,12 +130,3 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
         control[:, :moving, : int(model.nu)] = references.controls()
         control[:, moving:, : int(model.nu)] = control[:, moving - 1 : moving, : int(model.nu)]
         return control
-
-
-def _attitude(yaw: Floats, upright: Floats) -> Floats:
-    """Quaternions (N, 4) of a turn about the vertical, for upright objects after turning the body's x axis up."""
-    # Half of a turn by -90 degrees about y, which lifts the body's x axis.
-    tilt = np.where(upright, -np.pi / 4.0, 0.0)
-    cos, sin = np.cos(yaw / 2.0), np.sin(yaw / 2.0)
-    c, s = np.cos(tilt), np.sin(tilt)
-    return np.stack([cos * c, -sin * s, cos * s, sin * c], axis=-1)

@@ -37,13 +37,6 @@ def camera(config: LineConfig) -> Any:
     return view
 
 
-def _move_to_origin(config: LineConfig) -> LineConfig:
-    """The line with its first robot at x 0, where the renderer's single precision is sharp."""
-    origin = config.robots[0].x
-    robots = tuple(robot.model_copy(update={"x": robot.x - origin}) for robot in config.robots)
-    return config.model_copy(update={"robots": robots})
-
-
 @final
 class LineView(View):
     """Offscreen pictures of one line, with its first robot at x 0.
@@ -61,7 +54,10 @@ class LineView(View):
             raise ConfigError(f"num_envs is {cell.count}; pictures show a single line: set num_envs to 1")
         cell.watch()
         self._cell, self._origin = cell, cell.config.robots[0].x
-        near = _move_to_origin(cell.config)
+        # The line with its first robot at x 0, where the renderer's single precision is sharp.
+        origin = cell.config.robots[0].x
+        robots = tuple(robot.model_copy(update={"x": robot.x - origin}) for robot in cell.config.robots)
+        near = cell.config.model_copy(update={"robots": robots})
         self._scene = build_scene(near)
         self._canvas = Canvas(camera(near), size)
 
@@ -109,11 +105,7 @@ class LineView(View):
         """Scene at a time between the previous decision and the coming one [s]."""
         acts = self._cell.acts
         self._scene.pose(acts.tips(time))
-        markers = [*self._slats(time), *self._belt_markers(time), *self._object_markers(time), *self._trails(time)]
-        return self._scene.model, self._scene.data, markers
-
-    def _belt_markers(self, time: float) -> list[Marker]:
-        """Markers of objects on the belt."""
+        # Markers of objects on the belt.
         cell, (low, high) = self._cell, self._scene.belt
         stream, belt = cell.stream, cell.config.cell.belt
         ride_times = np.where(np.isinf(cell.state.accounts["since"][0]), -np.inf, time)
@@ -125,9 +117,10 @@ class LineView(View):
         objects_index = np.flatnonzero(np.isfinite(ride_times) & (x >= low) & (x <= high))
         objects = take(stream.objects, (0, objects_index))
         y, high = objects.draws.lane_y + objects.grasp[:, 1], lying_size(objects.shape, objects.size)[:, 2]
-        return object_markers(
-            objects, np.stack([x[objects_index], y, belt.height + high / 2], axis=1), yaw_attitude(objects.yaw)
-        )
+        places = np.stack([x[objects_index], y, belt.height + high / 2], axis=1)
+        riding = object_markers(objects, places, yaw_attitude(objects.yaw))
+        markers = [*self._slats(time), *riding, *self._object_markers(time), *self._trails(time)]
+        return self._scene.model, self._scene.data, markers
 
     def _object_markers(self, time: float) -> list[Marker]:
         """Markers of objects in hands, in the air and at rest."""

@@ -177,7 +177,11 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         part, goal = self._parts[kind], self._goals[kind]
         follows = ~np.isnan(lying[:, 0, 0])
         goals = goal.copy()
-        goals[follows, :3] = stack_pose(_unwrap(lying[follows, 0], self.job.targets[0].state[2]))
+        # Poses (N, 3) with the whole turns that bring their angle nearest to phi [rad].
+        pose = lying[follows, 0]
+        unwrapped = pose.copy()
+        unwrapped[:, 2] += 2.0 * np.pi * np.round((self.job.targets[0].state[2] - pose[:, 2]) / (2.0 * np.pi))
+        goals[follows, :3] = stack_pose(unwrapped)
         plans = self.planner.plan(goals, part)
         # Where the first part has tilted its seat out of reach, the throw is planned for an exact seat.
         goals[~plans.feasible] = goal[~plans.feasible]
@@ -206,10 +210,3 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         goal = goals[every, first]
         plans = self.planner.plan(goal, np.zeros(len(rows), dtype=np.int64))
         return goal, plans, plans.feasible & suitable[every, first]
-
-
-def _unwrap(pose: Floats, phi: float) -> Floats:
-    """Poses (N, 3) with the whole turns that bring their angle nearest to phi [rad]."""
-    unwrapped = pose.copy()
-    unwrapped[:, 2] += 2.0 * np.pi * np.round((phi - pose[:, 2]) / (2.0 * np.pi))
-    return unwrapped

@@ -148,21 +148,7 @@ def _add_stage(spec: MjSpec) -> None:
         pos=[0.9, -1.8, 1.5], dir=[-0.45, 0.85, -0.7], diffuse=np.full(3, 0.40), specular=np.zeros(3)
     )
     add_floor(spec, FLOOR, 2.0, contype=0, conaffinity=PART_BIT, group=1)
-    _add_board_material(spec)
-    spec.worldbody.add_geom(
-        name="backboard",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[BOARD_WIDTH / 2, 0.01, BOARD_HEIGHT / 2],
-        pos=[-0.05, BACKBOARD, FLOOR + BOARD_HEIGHT / 2],
-        material="board",
-        contype=0,
-        conaffinity=0,
-        group=1,
-    )
-
-
-def _add_board_material(spec: MjSpec) -> None:
-    """Add a material with squares of 0.1 m, which show the scale of a flight."""
+    # Add a material with squares of 0.1 m, which show the scale of a flight.
     spec.add_texture(
         name="board",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
@@ -176,6 +162,16 @@ def _add_board_material(spec: MjSpec) -> None:
     board = spec.add_material(name="board", texrepeat=[BOARD_WIDTH / 0.1, BOARD_HEIGHT / 0.1], texuniform=False)
     board.textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB.value)] = "board"
     board.specular, board.shininess, board.reflectance = 0.0, 0.0, 0.0
+    spec.worldbody.add_geom(
+        name="backboard",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[BOARD_WIDTH / 2, 0.01, BOARD_HEIGHT / 2],
+        pos=[-0.05, BACKBOARD, FLOOR + BOARD_HEIGHT / 2],
+        material="board",
+        contype=0,
+        conaffinity=0,
+        group=1,
+    )
 
 
 def _add_sensors(spec: MjSpec, parts: Sequence[Part], pallets: Sequence[Pallet]) -> None:

@@ -62,7 +62,15 @@ class ArmMotion:
             accelerations: accelerations at the borders (N, n + 1) [rad/s2].
             braking: acceleration after the release (N,) [rad/s2].
         """
-        return cls(spline_knots(start, time_step, accelerations), time_step, braking)
+        # Return control points (N, n + 3) of motions from rest at ``start`` with accelerations linear between borders.
+        bends = accelerations * (time_step * time_step)[:, None]
+        # At rest the first and the third control point are equal, so the angle at the border is middle + bend / 6.
+        middle = start - bends[:, 0] / 6.0
+        slopes = np.cumsum(bends, axis=1) - 0.5 * bends[:, :1]
+        later = middle[:, None] + np.cumsum(slopes, axis=1)
+        return cls(
+            np.concatenate([(middle + 0.5 * bends[:, 0])[:, None], middle[:, None], later], axis=1), time_step, braking
+        )
 
     @property
     def intervals(self) -> int:
@@ -156,19 +164,6 @@ class ArmMotion:
             np.where(moving, speed + elapsed * braking, 0.0 * braking_time),
             np.where(moving, braking, 0.0 * braking_time),
         )
-
-
-def spline_knots(start: Floats, time_step: Floats, accelerations: Floats) -> Floats:
-    """Return control points (N, n + 3) of motions from rest at ``start`` with accelerations linear between borders.
-
-    The second differences of the control points are the accelerations at the borders times the squared time step.
-    """
-    bends = accelerations * (time_step * time_step)[:, None]
-    # At rest the first and the third control point are equal, so the angle at the border is middle + bend / 6.
-    middle = start - bends[:, 0] / 6.0
-    slopes = np.cumsum(bends, axis=1) - 0.5 * bends[:, :1]
-    later = middle[:, None] + np.cumsum(slopes, axis=1)
-    return np.concatenate([(middle + 0.5 * bends[:, 0])[:, None], middle[:, None], later], axis=1)
 
 
 def _mean(three: Floats) -> Floats:

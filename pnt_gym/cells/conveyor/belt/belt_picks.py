@@ -78,7 +78,13 @@ class BeltPicks(PickSource):
         self._dwell = planner.config.motion.dwell
         self._rule: Rule = planner.config.dispatch
         self._patience = planner.config.patience
-        self._estimator = _comparison_planner(planner)
+        # The planner with which a rule compares objects; the chosen object is planned by the cell's planner.
+        quick = {"free_direction": "straight", "straight_flying": "straight", "ellipse": "pick_and_place"}.get(
+            planner.config.planner
+        )
+        self._estimator = (
+            planner if quick is None else PickPlanner(planner.config.model_copy(update={"planner": quick}))
+        )
         self._solid = planner.config.belt.neighbours == "solid"
         self.stream = BeltStream(planner, generators, _queue_length(planner.config))
 
@@ -262,18 +268,6 @@ class BeltPicks(PickSource):
         out = self.stream.queue_x[rows] + self._belt.speed * elapsed[:, None] > self._belt.pick_x[1]
         out &= np.arange(self.stream.length) != place[:, None]
         return np.where(place < self.stream.length, out.sum(axis=1), self.stream.length)
-
-
-def _comparison_planner(planner: PickPlanner) -> PickPlanner:
-    """The planner with which a rule compares objects; the chosen object is planned by the cell's planner.
-
-    Planning a free direction takes a hundred times as long as planning a straight throw, so straight throws are
-    compared instead; likewise rectangles instead of ellipses.
-    """
-    quick = {"free_direction": "straight", "straight_flying": "straight", "ellipse": "pick_and_place"}.get(
-        planner.config.planner
-    )
-    return planner if quick is None else PickPlanner(planner.config.model_copy(update={"planner": quick}))
 
 
 def _queue_length(config: ConveyorConfig) -> int:

@@ -98,7 +98,13 @@ def swing_objects(
     """
     motion = hand(np.arange(max(release.tolist()) + 1, dtype=np.int64))
     state, attitudes = _swing(context, spring, motion, release, stride, config)
-    return _part(context, hanging, state, _touches_solid(context, attitudes, motion, release, stride, config))
+    # The release of objects that have swung to states (N, STATE); which of them touched something solid (N,).
+    unsure = _touches_solid(context, attitudes, motion, release, stride, config)
+    count, rate = len(state), hanging.rate + state[:, 10:13]
+    centre, attitude, velocity = np.empty((count, 3)), np.empty((count, 4)), hanging.velocity.copy()
+    parting = Parting(*in_order(centre, velocity, attitude, rate, hanging.push, unsure))
+    cup_kernel.part_objects(state, *in_order(context.arm, hanging.attitude, *context.objects.turn), parting)
+    return parting
 
 
 def _swing(
@@ -115,15 +121,6 @@ def _swing(
     hanging = Hanging(body_constants(context), pivot, config.mismatch)
     freefall.swing_down(state, hanging, moves, release, config.timestep, stride, attitudes)
     return state, attitudes
-
-
-def _part(context: Context, hanging: Parting, state: Floats, unsure: Bools) -> Parting:
-    """The release of objects that have swung to states (N, STATE); which of them touched something solid (N,)."""
-    count, rate = len(state), hanging.rate + state[:, 10:13]
-    centre, attitude, velocity = np.empty((count, 3)), np.empty((count, 4)), hanging.velocity.copy()
-    parting = Parting(*in_order(centre, velocity, attitude, rate, hanging.push, unsure))
-    cup_kernel.part_objects(state, *in_order(context.arm, hanging.attitude, *context.objects.turn), parting)
-    return parting
 
 
 def _touches_solid(

@@ -38,15 +38,6 @@ def draw_kind(draw: float, bounds: Floats, count: int) -> int:
 
 
 @kernel_part
-def _write_constants(made: Any, item: Any, is_fitted: bool) -> None:
-    """Write the values that are the same for all objects of an item."""
-    made.shape, made.friction, made.rolling_friction = item.shape, item.friction, item.rolling_friction
-    made.solref[0], made.solref[1] = item.solref[0], item.solref[1]
-    made.cup_friction, made.pick_chance = item.cup_friction, item.pick_chance
-    made.cup_radius = item.cup_radius if is_fitted else CUP_RADIUS
-
-
-@kernel_part
 def _write_body(made: Any, z: Any, u: Any, factors: Any, item: Any, cell: Any) -> None:
     """Write true extents, mass, drag, seal and depth of an object."""
     for axis in range(3):
@@ -87,20 +78,6 @@ def _write_place(made: Any, z: Any, u: Any, cell: Any) -> None:
             draws.bin[attempt, k] = u.bin[attempt, k]
 
 
-@kernel_part
-def _write_measured(made: Any, z: Any, factors: Any, cell: Any) -> None:
-    """Write the measurements of an object: the height is measured without noise, by the cup."""
-    measured = made.measured
-    measured.shape = made.shape
-    for axis in range(2):
-        noise = cell.size_noise * z.seen_size[axis]
-        measured.size[axis] = max(made.size[axis] + noise, SMALLEST_EXTENT)
-        measured.grasp_noise[axis] = cell.grasp_noise * z.seen_grasp[axis]
-    measured.size[2] = made.size[2]
-    measured.mass, measured.seal = made.mass * factors.seen_mass, made.seal * factors.seen_seal
-    measured.yaw = made.yaw + cell.yaw_noise * z.seen_yaw
-
-
 @kernel
 def draw_objects(draws: StandardDraws, mix: ItemMix, objects: Rows1[Objects]) -> None:
     """Write N objects, without the delays of their releases and the spins of lips and air."""
@@ -111,10 +88,24 @@ def draw_objects(draws: StandardDraws, mix: ItemMix, objects: Rows1[Objects]) ->
         seen = draw_kind(draws.aside[row].seen, mix.confusion[kind], len(items)) if len(mix.confusion) > 0 else kind
         made.kind, made.measured.kind = kind, seen
         made.measured.friction = items[seen].cup_friction
-        _write_constants(made, items[kind], cell.fitted)
+        # Write the values that are the same for all objects of an item.
+        item = items[kind]
+        made.shape, made.friction, made.rolling_friction = item.shape, item.friction, item.rolling_friction
+        made.solref[0], made.solref[1] = item.solref[0], item.solref[1]
+        made.cup_friction, made.pick_chance = item.cup_friction, item.pick_chance
+        made.cup_radius = item.cup_radius if cell.fitted else CUP_RADIUS
         _write_body(made, z, u, factors, items[kind], cell)
         _write_place(made, z, u, cell)
-        _write_measured(made, z, factors, cell)
+        # Write the measurements of an object: the height is measured without noise, by the cup.
+        measured = made.measured
+        measured.shape = made.shape
+        for axis in range(2):
+            noise = cell.size_noise * z.seen_size[axis]
+            measured.size[axis] = max(made.size[axis] + noise, SMALLEST_EXTENT)
+            measured.grasp_noise[axis] = cell.grasp_noise * z.seen_grasp[axis]
+        measured.size[2] = made.size[2]
+        measured.mass, measured.seal = made.mass * factors.seen_mass, made.seal * factors.seen_seal
+        measured.yaw = made.yaw + cell.yaw_noise * z.seen_yaw
         made.pick_draw, made.percent = (
             draws.aside[row].pick,
             percent[min(int(u.percent * len(percent)), len(percent) - 1)],
