@@ -18,7 +18,7 @@ from agents.dispatchers.rules import IndexRule
 from agents.ground.environments import make_vector
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.line.cell import Decisions, LineCell
-from pnt_gym.cells.line.chances import Chances, digest, format_table
+from pnt_gym.cells.line.chances import Chances, format_table
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.observation import MIN_RATE

@@ -9,11 +9,10 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints, in_order, length, take
 from pnt_gym.cells.base import freefall, settle_kernel
 from pnt_gym.cells.base.airborne import STATE, Airborne, BinShape, Body, Ground, Solid, Vicinity
-from pnt_gym.cells.base.alone import Fall, fall, write_object
 from pnt_gym.cells.base.flight import Touchdown
+from pnt_gym.cells.base.fluid import write_object
 from pnt_gym.cells.base.plant import simulation_ids
-from pnt_gym.cells.base.settling import FallEnd, settle
-from pnt_gym.cells.base.sorting import Bins
+from pnt_gym.cells.base.settling import Fall, FallEnd, fall, settle
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
@@ -42,25 +41,13 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
     scene_kernel.write_contacts(np.ascontiguousarray(rows), geom, contacts, fields)
     batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
-        _place_bin(batch, rows, scene, context, bins)
+        bin_fields = scene_kernel.BinFields(*map(batch.expand, scene_kernel.BIN_FIELDS))
+        places = *in_order(rows), scene.bin_bodies[0], scene.bin_geoms[0], *in_order(context.target)
+        scene_kernel.place_bins(*places, bin_panels(context.opening, bins), bin_fields)
     if bins.emptied is not None:
-        _raise_bottoms(batch, rows, scene, context, bins)
-
-
-def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    fields, panels = (
-        scene_kernel.BinFields(*map(batch.expand, scene_kernel.BIN_FIELDS)),
-        bin_panels(context.opening, bins),
-    )
-    rows, target = in_order(rows, context.target)
-    scene_kernel.place_bins(rows, scene.bin_bodies[0], scene.bin_geoms[0], target, panels, fields)
-
-
-def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    """Move the bottoms of bins to the top of their contents; below its bottom a bin is hollow."""
-    place = batch.expand("geom_pos")
-    for index, first in enumerate(scene.bin_geoms):
-        place[rows, first + BOTTOM_PANEL, 2] = -context.depth[:, index] - bins.wall / 2
+        # The bottoms of bins move to the top of their contents; below its bottom a bin is hollow.
+        for index, first in enumerate(scene.bin_geoms):
+            batch.expand("geom_pos")[rows, first + BOTTOM_PANEL, 2] = -context.depth[:, index] - bins.wall / 2
 
 
 @final

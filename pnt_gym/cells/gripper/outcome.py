@@ -7,8 +7,8 @@ from typing import Final, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.energy import loads_of_steps
+from pnt_gym.arrays import Bools, Floats, Ints, in_order
+from pnt_gym.cells.base import loads
 from pnt_gym.cells.base.flight import Landed, ObjectFlight
 from pnt_gym.cells.base.plant import touching
 from pnt_gym.cells.gripper.config import GripperConfig
@@ -42,7 +42,7 @@ class RecordedThrows:
     peak_torque: Floats
     """Largest motor torque (N,) [N m]."""
     energy: Floats
-    """Positive mechanical work of the motors in the simulated throw (N,) [J], see `cells.base.energy`."""
+    """Positive mechanical work of the motors in the simulated throw (N,) [J], see `cells.base.loads`."""
 
     @classmethod
     def from_sensors(cls, sensordata: Floats, speed: Floats, plans: TossPlans, last_step: Ints, step: float) -> Self:
@@ -68,6 +68,7 @@ class RecordedThrows:
         is_off = (height > height[:, :1] + OFF_TABLE) & (steps >= grip_step[:, None]) & (steps < open_step[:, None])
         off_table_step = np.where(is_off.any(axis=1), is_off.argmax(axis=1), open_step)
         relative_position = position - hand
+        torque = sensordata[..., SENSORS["torque"]]
         return cls(
             flight=ObjectFlight(
                 position=position,
@@ -81,8 +82,8 @@ class RecordedThrows:
             release_time=np.asarray(release * step, dtype=np.float64),
             lifted=position[rows, open_step, 2] - position[rows, 0, 2],
             slip=np.hypot(*(relative_position[rows, open_step] - relative_position[rows, off_table_step])[:, [0, 2]].T),
-            peak_torque=np.abs(sensordata[..., SENSORS["torque"]]).max(axis=(1, 2)),
-            energy=loads_of_steps(sensordata[..., SENSORS["torque"]], speed, last_step + 1, step)[1],
+            peak_torque=np.abs(torque).max(axis=(1, 2)),
+            energy=loads.loads_of_steps(*in_order(torque, speed, last_step + 1), step)[1],
         )
 
 

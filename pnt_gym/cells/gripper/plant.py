@@ -12,8 +12,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.alone import write_object
-from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
+from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia, write_object
 from pnt_gym.cells.base.plant import Plant, roll_out, step_counts
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.gripper.config import GripperConfig

@@ -1,8 +1,15 @@
-"""Compiled loads along motions: those of motors, where a NaN stays one, and those of suction cups; one row each."""
+"""Compiled loads along motions: torques and energy of motors, where a NaN stays one, and the holding of suction cups.
+
+The energy of the motors in a cycle is their positive mechanical work, torque times joint speed. Each motor counts
+separately, and a braking motor returns nothing (no recuperation, no common link between the drives). Heat in the
+windings, friction in the gears and holding torque at rest are left out: datasheets give those losses.
+"""
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.grip import Hold
@@ -35,20 +42,35 @@ def _power(torques: Floats, first: Floats, second: Floats) -> float:
 
 
 @kernel
-def fill_loads_of_steps(
-    torque: Floats3, speed: Floats3, steps: Ints1, step: float, largest: Floats1, work: Floats1
-) -> None:
-    """Write largest torques and works (N,) as `energy.loads_of_steps`."""
+def loads_of_steps(torque: Floats3, speed: Floats3, steps: Ints1, step: float) -> tuple[Floats1, Floats1]:
+    """Largest torques (N,) [N m] and positive works (N,) [J] in simulated steps.
+
+    Args:
+        torque: of each motor in each step (N, M, J) [N m].
+        speed: of the motor's joint after the step (N, M, J) [rad/s]. The engine's steps are a leapfrog: a torque acts
+            from the middle of the step before to the middle of its step, and the two speeds belong to those moments.
+        steps: number of steps that count, for each simulation (N,).
+        step: length of a step [s].
+    """
+    largest, work = np.empty(len(torque)), np.empty(len(torque))
     for row in range(len(work)):
         largest[row] = work[row] = 0.0
         for k in range(min(steps[row], torque.shape[1])):
             largest[row] = _larger(largest[row], torque[row, k])
             work[row] += _power(torque[row, k], speed[row, max(k - 1, 0)], speed[row, k]) * step
+    return largest, work
 
 
 @kernel
-def fill_loads_between(torque: Floats3, speed: Floats3, times: Floats2, largest: Floats1, work: Floats1) -> None:
-    """Write largest torques and works (N,) as `energy.loads_between`."""
+def loads_between(torque: Floats3, speed: Floats3, times: Floats2) -> tuple[Floats1, Floats1]:
+    """Largest torques (N,) [N m] and positive works (N,) [J] of planned motions.
+
+    Args:
+        torque: of each motor at each moment (N, K, J) [N m].
+        speed: of the motor's joint (N, K, J) [rad/s].
+        times: the moments, which increase (N, K) [s].
+    """
+    largest, work = np.empty(len(torque)), np.empty(len(torque))
     for row in range(len(work)):
         largest[row] = work[row] = before = 0.0
         for k in range(torque.shape[1]):
@@ -58,6 +80,7 @@ def fill_loads_between(torque: Floats3, speed: Floats3, times: Floats2, largest:
                 # Trapezoidal rule over power.
                 work[row] += (power + before) / 2.0 * (times[row, k] - times[row, k - 1])
             before = power
+    return largest, work
 
 
 @kernel_part
@@ -73,10 +96,9 @@ def _load(hold: Hold, row: int, acceleration: Floats) -> float:
 
 
 @kernel
-def find_smallest_margins(
-    hold: Hold, accelerations: Floats3, counts: Ints1, scale: float, margin: Floats1, lost_at: Ints1
-) -> None:
-    """Find the smallest margins of N holds (N,), and where each is below 1 first (N,), as `Hold.smallest_margin`."""
+def smallest_margins(hold: Hold, accelerations: Floats3, counts: Ints1, scale: float) -> tuple[Floats1, Ints1]:
+    """Smallest margins of N holds (N,), and where each is below 1 first (N,), as `Hold.smallest_margin` says."""
+    margin, lost_at = np.empty(len(counts)), np.empty(len(counts), dtype=np.int64)
     for row in range(len(accelerations)):
         margin[row], lost_at[row] = math.inf, -1
         for k in range(counts[row]):
@@ -84,3 +106,4 @@ def find_smallest_margins(
             margin[row] = min(margin[row], value)
             if value < 1.0 and lost_at[row] < 0:
                 lost_at[row] = k
+    return margin, lost_at
