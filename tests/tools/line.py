@@ -53,8 +53,8 @@ def chances(config: LineConfig, picked: tuple[float, ...] = PICKED) -> Chances:
 def with_table(level: dict[str, Any], folder: Path, picked: tuple[float, ...] = PICKED) -> dict[str, Any]:
     """The level with a table of its own in a folder."""
     config = LineConfig.load({**level, "throws": "flight"})
-    place = folder / f"{digest(config)}-{'-'.join(map(str, picked))}.json"
-    place.write_text(format_table(chances(config, picked), digest=digest(config)))
+    place = folder / f"{config.digest()}-{'-'.join(map(str, picked))}.json"
+    place.write_text(format_table(chances(config, picked), digest=config.digest()))
     return {**level, "chances": str(place)}
 
 

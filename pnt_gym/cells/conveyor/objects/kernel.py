@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.body_kernel import extents_of_lying, inertia_of_extents
 from pnt_gym.cells.base.grip import CUP_RADIUS
@@ -88,15 +90,15 @@ def draw_objects(draws: StandardDraws, mix: ItemMix, objects: Rows1[Objects]) ->
         seen = draw_kind(draws.aside[row].seen, mix.confusion[kind], len(items)) if len(mix.confusion) > 0 else kind
         made.kind, made.measured.kind = kind, seen
         made.measured.friction = items[seen].cup_friction
-        # Write the values that are the same for all objects of an item.
+        # The values that are the same for all objects of an item.
         item = items[kind]
         made.shape, made.friction, made.rolling_friction = item.shape, item.friction, item.rolling_friction
         made.solref[0], made.solref[1] = item.solref[0], item.solref[1]
         made.cup_friction, made.pick_chance = item.cup_friction, item.pick_chance
         made.cup_radius = item.cup_radius if cell.fitted else CUP_RADIUS
-        _write_body(made, z, u, factors, items[kind], cell)
+        _write_body(made, z, u, factors, item, cell)
         _write_place(made, z, u, cell)
-        # Write the measurements of an object: the height is measured without noise, by the cup.
+        # The measurements: the height is measured without noise, by the cup.
         measured = made.measured
         measured.shape = made.shape
         for axis in range(2):
@@ -106,10 +108,8 @@ def draw_objects(draws: StandardDraws, mix: ItemMix, objects: Rows1[Objects]) ->
         measured.size[2] = made.size[2]
         measured.mass, measured.seal = made.mass * factors.seen_mass, made.seal * factors.seen_seal
         measured.yaw = made.yaw + cell.yaw_noise * z.seen_yaw
-        made.pick_draw, made.percent = (
-            draws.aside[row].pick,
-            percent[min(int(u.percent * len(percent)), len(percent) - 1)],
-        )
+        made.pick_draw = draws.aside[row].pick
+        made.percent = percent[min(int(u.percent * len(percent)), len(percent) - 1)]
 
 
 @kernel
@@ -173,8 +173,9 @@ def write_spins(
 
 
 @kernel
-def find_inside(objects: Rows1[Objects], place: Floats2, inside: Floats1) -> None:
-    """Write the distances (N,) [m] of points (N, 2) from outlines, as `hold.inside_outline`."""
+def find_inside(objects: Rows1[Objects], place: Floats2) -> Floats1:
+    """Distances (N,) [m] of points (N, 2) from outlines, as `hold.inside_outline` says."""
+    inside = np.empty(len(place))
     for row in range(len(inside)):
         object_ = objects[row]
         cos, sin, x, y = math.cos(object_.yaw), math.sin(object_.yaw), place[row, 0], place[row, 1]
@@ -186,6 +187,7 @@ def find_inside(objects: Rows1[Objects], place: Floats2, inside: Floats1) -> Non
             beyond, aside = along - length, across - width
             outside = math.hypot(max(beyond, 0.0), max(aside, 0.0))
             inside[row] = max(min(-beyond, -aside), 0.0) - outside
+    return inside
 
 
 @kernel
