@@ -119,7 +119,16 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """
         if self.closed:
             raise OrderError("the environment is closed; make another one")
-        request, mask, seeds = request_of(options, self.core, "reset_mask"), self._mask(options), self._seeds(seed)
+        # Which cells to restart: all, unless the options choose.
+        given: Any = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
+        try:
+            mask: NDArray[Any] = np.asarray(given)
+        except ValueError:  # rows of different lengths
+            mask = np.zeros(0)
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
+            said = one_sentence(repr(given), 80)
+            raise ConfigError(f"reset_mask is {said}; it must be a boolean array of shape ({self.num_envs},)")
+        request, seeds = request_of(options, self.core, "reset_mask"), self._seeds(seed)
         if self._failed and not mask.all():
             raise OrderError("the last step failed; reset all cells, without a reset_mask")
         rows = np.flatnonzero(mask)
@@ -224,18 +233,6 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self._steps[rows] = 0
         info |= masked(self.core.kinds(), np.ones(self.num_envs, dtype=np.bool_))
         return self.core.observe()
-
-    def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
-        """Which cells to restart: all, unless the options choose."""
-        given: Any = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
-        try:
-            mask: NDArray[Any] = np.asarray(given)
-        except ValueError:  # rows of different lengths
-            mask = np.zeros(0)
-        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
-            said = one_sentence(repr(given), 80)
-            raise ConfigError(f"reset_mask is {said}; it must be a boolean array of shape ({self.num_envs},)")
-        return mask
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         """The seed of every cell, None where it keeps its generator."""

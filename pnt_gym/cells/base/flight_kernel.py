@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pnt_gym.cells.base.flight import CONTACT_DEPTH, ObjectFlight, Touchdown
-from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.compiled import kernel
 from pnt_gym.constants import GRAVITY
 from pnt_gym.rows import Bools1, Floats1, Floats2, Floats3, Ints1
 
@@ -43,15 +43,6 @@ def join_flights(
     return ObjectFlight(position, velocity, hand_touch, any_touch, release, clear + steps - 1)
 
 
-@kernel_part
-def _flight_time(height: float, rise: float) -> float:
-    """Time until an object falls by a height [s] after it rises with a speed, as `ballistics.flight_time`."""
-    square = rise * rise + 2.0 * GRAVITY * height
-    root = math.sqrt(max(square, 0.0))
-    time = 2.0 * height / (root - rise) if rise < 0.0 and square >= 0.0 else (rise + root) / GRAVITY
-    return time if square >= 0.0 and time >= 0.0 else math.nan
-
-
 @kernel
 def find_touchdowns(flight: ObjectFlight, plane: Floats1) -> Touchdown:
     """Where N free flights cross planes (N,) [m], continued ballistically from the step before something is touched.
@@ -76,7 +67,13 @@ def find_touchdowns(flight: ObjectFlight, plane: Floats1) -> Touchdown:
             if is_open and (comes_down or (flight.any_touch[n, k] and not hand_touch[k])):
                 event, is_open = k, False
         before = max(event - 1, 0)
-        time = _flight_time(position[before, 2] - plane[n], velocity[before, 2])
+        # Time until an object falls by a height [s] after it rises with a speed, as `ballistics.flight_time`.
+        height = position[before, 2] - plane[n]
+        rise = velocity[before, 2]
+        square = rise * rise + 2.0 * GRAVITY * height
+        root = math.sqrt(max(square, 0.0))
+        time = 2.0 * height / (root - rise) if rise < 0.0 and square >= 0.0 else (rise + root) / GRAVITY
+        time = time if square >= 0.0 and time >= 0.0 else math.nan
         for axis in range(2):
             landing[n, axis] = position[before, axis] + time * velocity[before, axis]
         if not math.isfinite(landing[n, 0]):

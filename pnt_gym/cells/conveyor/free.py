@@ -8,7 +8,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, in_order, length, take
 from pnt_gym.cells.base import freefall, settle_kernel
-from pnt_gym.cells.base.airborne import STATE, Airborne, BinShape, Body, Ground, Solid, Vicinity
+from pnt_gym.cells.base.airborne import STATE, Airborne, BinShape, Ground, Solid, Vicinity
 from pnt_gym.cells.base.flight import Touchdown
 from pnt_gym.cells.base.fluid import write_object
 from pnt_gym.cells.base.plant import simulation_ids
@@ -23,7 +23,6 @@ from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels,
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
-from pnt_gym.rows import Rows1
 
 NEAR_DISTANCE: Final = 0.02
 """Distance from an opening beyond which an object's landing cannot end in that bin [m]."""
@@ -131,19 +130,8 @@ class FreeObjects:
         def write(index: Ints, state: Floats) -> None:
             self._write(rows[index], take(context, index), state[:, :7], state[:, 7:])
 
-        objects = flying, self._vicinity(context, flying.body)
-        return settle(self.batch, rows, objects, state, steps, self._config.timestep, write)
-
-    def _write(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats) -> None:
-        """Set up some of the simulations with the objects of N picks in states qpos (N, 7) and qvel (N, 6)."""
-        batch = self.batch
-        write_models(batch, rows, self._scene, context, self._config)
-        batch.set_const(simulation_ids(batch, rows))
-        batch.state[rows] = 0.0
-        self._qpos[rows], self._qvel[rows] = qpos, qvel
-
-    def _vicinity(self, context: Context, body: Rows1[Body]) -> Vicinity:
-        """Bodies of N objects, and what they may meet."""
+        # Bodies of N objects, and what they may meet.
+        body = flying.body
         o, fixed, count = context.objects, self._config.bins.fixed, len(body)
         bins, solid, rebounds = BinShape.empty(count, max(len(fixed), 1)), Solid.empty(count), np.empty(count)
         openings = np.array([(b.x, b.y, b.size[0] / 2.0, b.size[1] / 2.0) for b in fixed])
@@ -155,7 +143,17 @@ class FreeObjects:
         solid["shape"], solid["half"], solid["height"] = o.shape, o.extents / 2.0, body["height"]
         solid["spin"] = body["inertia"] / body["mass"][:, None]
         solid["rebound"], solid["farthest"] = rebounds, farthest_points(context)
-        return Vicinity(solid, bins, context.target[:, 2].copy(), take(self._ground, np.zeros(count, dtype=np.int64)))
+        ground = take(self._ground, np.zeros(count, dtype=np.int64))
+        vicinity = Vicinity(solid, bins, context.target[:, 2].copy(), ground)
+        return settle(self.batch, rows, (flying, vicinity), state, steps, self._config.timestep, write)
+
+    def _write(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats) -> None:
+        """Set up some of the simulations with the objects of N picks in states qpos (N, 7) and qvel (N, 6)."""
+        batch = self.batch
+        write_models(batch, rows, self._scene, context, self._config)
+        batch.set_const(simulation_ids(batch, rows))
+        batch.state[rows] = 0.0
+        self._qpos[rows], self._qvel[rows] = qpos, qvel
 
 
 def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats) -> tuple[Floats, Floats, Ints]:

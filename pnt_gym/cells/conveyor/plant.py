@@ -148,22 +148,17 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         batch.state[rows] = 0.0
         cup, first, qpos = context.pick + context.cup_offset, scene.object_qpos, np.zeros((len(rows), scene.model.nq))
         if clock is not None and self.config.belt.tracking:
-            cup = self._write_motion(rows, clock)
+            begin = clock.hand(np.zeros(1, dtype=np.int64))
+            cup, velocity = begin.position[:, 0], begin.velocity[:, 0]
+            qvel = np.zeros((len(rows), scene.model.nv))
+            qvel[:, self._robot_qvel] = closed_velocity(cup, velocity, self._rods_per_arm, scene.robot.geometry)
+            qvel[:, scene.object_qvel : scene.object_qvel + 3] = velocity
+            self.qvel[rows] = qvel
         qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
         qpos[:, first : first + 2] = cup[:, :2] + context.grasp
         qpos[:, first + 2] = cup[:, 2] - o.com_depth
         qpos[:, first + 3 : first + 7] = o.attitude
         self.qpos[rows], self._equalities[rows] = qpos, 1.0
-
-    def _write_motion(self, rows: Ints, clock: ThrowClock) -> Floats:
-        """Write the first velocities of hands and objects of some rows; returns the cups' positions (N, 3) [m]."""
-        scene, first = self.scene, clock.hand(np.zeros(1, dtype=np.int64))
-        cup, velocity = first.position[:, 0], first.velocity[:, 0]
-        qvel = np.zeros((len(rows), scene.model.nv))
-        qvel[:, self._robot_qvel] = closed_velocity(cup, velocity, self._rods_per_arm, scene.robot.geometry)
-        qvel[:, scene.object_qvel : scene.object_qvel + 3] = velocity
-        self.qvel[rows] = qvel
-        return cup
 
     def _simulate_throws(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Simulate the throws of some rows at the config's fidelity."""

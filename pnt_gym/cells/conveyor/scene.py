@@ -267,29 +267,21 @@ def _add_grip(spec: MjSpec, config: ConveyorConfig) -> None:
         )
         motor.set_to_motor()
     if config.swings:
-        _add_spring(spec)
+        # Add the lip as a spring and damper about three axes of the hand.
+        for axis, gear in (("x", 3), ("y", 4), ("z", 5)):
+            spring = spec.add_actuator(
+                name=f"swing_{axis}",
+                trntype=mujoco.mjtTrn.mjTRN_SITE,
+                target="grip",
+                refsite="tcp",
+                gear=np.eye(6)[gear],
+            )
+            spring.set_to_motor()
+            spring.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
+            spring.gainprm = np.zeros(10)
     if config.pushes:
         push = spec.add_actuator(name="push", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="object", gear=-np.eye(6)[2])
         push.set_to_motor()
-
-
-def _add_spring(spec: MjSpec) -> None:
-    """Add the lip as a spring and damper about three axes of the hand.
-
-    The torque is control x (gain_1 angle + gain_2 rate). The control is 1 while the cup holds the object and 0
-    afterwards; the plant writes the gains of every simulation.
-    """
-    for axis, gear in (("x", 3), ("y", 4), ("z", 5)):
-        spring = spec.add_actuator(
-            name=f"swing_{axis}",
-            trntype=mujoco.mjtTrn.mjTRN_SITE,
-            target="grip",
-            refsite="tcp",
-            gear=np.eye(6)[gear],
-        )
-        spring.set_to_motor()
-        spring.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
-        spring.gainprm = np.zeros(10)
 
 
 def add_bins(spec: MjSpec, config: ConveyorConfig) -> None:

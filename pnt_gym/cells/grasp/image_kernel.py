@@ -73,19 +73,6 @@ def _write_scene(surfaces: SurfaceRows, first: int, middles: Floats, height: Flo
 
 
 @kernel_part
-def _light(height: Floats, row: int, column: int, gloss: float) -> tuple[float, float]:
-    """Diffuse light on a pixel, and what a glossy surface throws into the camera."""
-    right, down = min(column + 1, PIXELS - 1), min(row + 1, PIXELS - 1)
-    along = (height[row, right] - height[row, column]) / PIXEL
-    across = (height[row, column] - height[down, column]) / PIXEL
-    scale = 1.0 / math.sqrt(1.0 + along * along + across * across)
-    toward = max((LIGHT_Z - along * LIGHT_X - across * LIGHT_Y) * scale, 0.0)
-    # The camera looks straight down: the mirror direction of the lamp is (2 n_z n - z).
-    mirror = max(2.0 * scale * toward - LIGHT_Z, 0.0)
-    return AMBIENT + (1.0 - AMBIENT) * toward, SHINE * gloss * mirror**8
-
-
-@kernel_part
 def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats, is_noisy: bool, key: Any) -> None:
     """Paint a pixel of a picture (5, PIXELS, PIXELS)."""
     gray, warm, gloss, texture = look[0], look[1], look[2], look[3]
@@ -98,7 +85,15 @@ def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats
         red = texture * (2.0 * UNIT_16 * np.int64((bits >> S16) & LOW_16) - 1.0)
         green = texture * (2.0 * UNIT_16 * np.int64((bits >> S32) & LOW_16) - 1.0)
         blue = texture * (2.0 * UNIT_16 * np.int64(bits >> S48) - 1.0)
-    diffuse, mirror = _light(height, row, column, gloss)
+    # Diffuse light on a pixel, and what a glossy surface throws into the camera.
+    right, down = min(column + 1, PIXELS - 1), min(row + 1, PIXELS - 1)
+    along = (height[row, right] - height[row, column]) / PIXEL
+    across = (height[row, column] - height[down, column]) / PIXEL
+    scale = 1.0 / math.sqrt(1.0 + along * along + across * across)
+    toward = max((LIGHT_Z - along * LIGHT_X - across * LIGHT_Y) * scale, 0.0)
+    # The camera looks straight down: the mirror direction of the lamp is (2 n_z n - z).
+    mirror = max(2.0 * scale * toward - LIGHT_Z, 0.0)
+    diffuse, mirror = AMBIENT + (1.0 - AMBIENT) * toward, SHINE * gloss * mirror**8
     image[HEIGHT, row, column] = np.uint8(min(max(depth, 0.0), 255.0) + 0.5) if valid and depth < 255.0 else np.uint8(0)
     image[VALID, row, column] = np.uint8(255) if valid else np.uint8(0)
     image[RED, row, column] = _byte((gray * (1.0 + WARMTH * warm) + red) * diffuse + mirror)

@@ -61,7 +61,14 @@ class RecordedThrows:
         touch = touching(pads[..., 0:2]) | touching(pads[..., 2:4])
         grip_step = np.minimum(np.ceil(plans.grip_time / step).astype(np.int64), last_step)
         open_step = np.clip(np.floor(plans.open_time / step).astype(np.int64), grip_step, last_step)
-        release = _free_step(touch, grip_step, last_step, round(BRUSHING / step))
+        # First step after the grip from which no pad touches the object for `window` steps (N,).
+        window = round(BRUSHING / step)
+        steps = np.arange(touch.shape[1], dtype=np.int64)
+        total = np.zeros((len(touch), touch.shape[1] + 1), dtype=np.int64)
+        np.cumsum(touch, axis=1, out=total[:, 1:])
+        ahead = np.minimum(steps + window, touch.shape[1])
+        free = (total[:, ahead] == total[:, :-1]) & (steps >= grip_step[:, None]) & (steps <= last_step[:, None])
+        release = np.where(free.any(axis=1), free.argmax(axis=1), last_step)
         # First step after the grip with the object off the table (N,); the opening's step if it stays on the table.
         height = position[..., 2]
         steps = np.arange(height.shape[1], dtype=np.int64)
@@ -129,13 +136,3 @@ def judge(throws: RecordedThrows, plans: TossPlans, config: GripperConfig, retur
         peak_torque=throws.peak_torque,
         energy=throws.energy,
     )
-
-
-def _free_step(touch: Bools, grip_step: Ints, last_step: Ints, window: int) -> Ints:
-    """First step after the grip from which no pad touches the object for `window` steps (N,)."""
-    steps = np.arange(touch.shape[1], dtype=np.int64)
-    total = np.zeros((len(touch), touch.shape[1] + 1), dtype=np.int64)
-    np.cumsum(touch, axis=1, out=total[:, 1:])
-    ahead = np.minimum(steps + window, touch.shape[1])
-    free = (total[:, ahead] == total[:, :-1]) & (steps >= grip_step[:, None]) & (steps <= last_step[:, None])
-    return np.where(free.any(axis=1), free.argmax(axis=1), last_step)

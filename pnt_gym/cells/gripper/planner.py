@@ -56,7 +56,21 @@ class TossPlanner:
         self.targets = config.tray.centres(len(config.items))
         grip, claws = config.grip, build.claws
         _check_widths(config, claws, self.dimensions)
-        _check_angles(config, claws, self.dimensions)
+        # Check that the open claws need no angle outside the range of the platform's halves.
+        grip, (low, high) = config.grip, np.rad2deg(self.dimensions.theta)
+        singular = float(np.rad2deg(singular_angle(self.dimensions.home[:3], self.dimensions)))
+        valid = f"the platform's halves turn from {low:g} to {high:g} deg"
+        if singular <= high:
+            high, valid = singular, f"{valid}, and from {singular:.1f} deg on the motors lose hold of them"
+        if not low <= grip.open_deg <= high:
+            raise ConfigError(f"cell {config.name!r}: grip.open_deg is {grip.open_deg:g} deg; {valid}")
+        for item in config.item_list():
+            angle = float(np.rad2deg(claws.contact_theta(np.asarray(item.size[1])))) + grip.release_deg
+            if angle > high:
+                raise ConfigError(
+                    f"cell {config.name!r}: grip.release_deg is {grip.release_deg:g} deg, which opens the claws to "
+                    f"{angle:.1f} deg around the {item.name}; {valid}"
+                )
         self._top = claws.length + claws.pad[2] / 2.0 + grip.clearance
         self._belt = config.table.speed * config.table.travel
         contact = claws.contact_theta(np.array([i.size[1] for i in config.item_list()]))
@@ -194,7 +208,14 @@ class TossPlanner:
     def _faults(self, plans: TossPlans) -> dict[str, Bools]:
         """Possible faults of plans, and whether each plan has them (N,)."""
         motion, motor_limit = self.config.motion, self.motor_speed
-        move, line = self._move_speed(plans, plans.move_time), self._line_speed(plans)
+        # Speed of the fastest motor on the line, claws closed and open (N,) [rad/s]; NaN out of reach.
+        share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
+        points = plans.start[:, None] + share * (plans.end - plans.start)[:, None]
+        speeds = [
+            self._speed(points, np.broadcast_to(theta, (*points.shape[:-1], 1)), plans.velocity[:, None])
+            for theta in (plans.theta[:, None, 1:2], plans.theta[:, None, 3:4])
+        ]
+        move, line = self._move_speed(plans, plans.move_time), np.maximum(*speeds)
         # Speed of the fastest motor, claws open or closed, at the beginning of closing and of the lift.
         points, rate = np.repeat(plans.pick[:, None], 2, axis=1), plans.belt[:, None]
         later = points + plans.grip_time[:, None, None] * rate
@@ -210,16 +231,6 @@ class TossPlanner:
             "the motors are too slow for the throw": line > motion.line_speed_share * motor_limit,
         }
 
-    def _line_speed(self, plans: TossPlans) -> Floats:
-        """Speed of the fastest motor on the line, claws closed and open (N,) [rad/s]; NaN out of reach."""
-        share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
-        points = plans.start[:, None] + share * (plans.end - plans.start)[:, None]
-        speeds = [
-            self._speed(points, np.broadcast_to(theta, (*points.shape[:-1], 1)), plans.velocity[:, None])
-            for theta in (plans.theta[:, None, 1:2], plans.theta[:, None, 3:4])
-        ]
-        return np.maximum(*speeds)
-
     def _speed(self, points: Floats, theta: Floats, rate: Floats) -> Floats:
         """Fastest motor's speed (...,) [rad/s] at points (..., S, 3) of velocities (..., S or 1, 3), or NaN."""
         rate = np.concatenate([rate, np.zeros_like(rate[..., :1])], axis=-1)
@@ -228,28 +239,6 @@ class TossPlanner:
         q = inverse_kinematics(poses, self.dimensions, strokes=True)
         speeds = (inverse_jacobian(poses, self.dimensions) @ np.broadcast_to(rate, poses.shape)[..., None])[..., 0]
         return np.where(np.isnan(q[..., 0]), np.nan, np.abs(speeds).max(axis=-1)).max(axis=-1)
-
-
-def _check_angles(config: GripperConfig, claws: Claws, dimensions: Dimensions) -> None:
-    """Check that the open claws need no angle outside the range of the platform's halves.
-
-    Raises:
-        ConfigError: an angle is out of range.
-    """
-    grip, (low, high) = config.grip, np.rad2deg(dimensions.theta)
-    singular = float(np.rad2deg(singular_angle(dimensions.home[:3], dimensions)))
-    valid = f"the platform's halves turn from {low:g} to {high:g} deg"
-    if singular <= high:
-        high, valid = singular, f"{valid}, and from {singular:.1f} deg on the motors lose hold of them"
-    if not low <= grip.open_deg <= high:
-        raise ConfigError(f"cell {config.name!r}: grip.open_deg is {grip.open_deg:g} deg; {valid}")
-    for item in config.item_list():
-        angle = float(np.rad2deg(claws.contact_theta(np.asarray(item.size[1])))) + grip.release_deg
-        if angle > high:
-            raise ConfigError(
-                f"cell {config.name!r}: grip.release_deg is {grip.release_deg:g} deg, which opens the claws to "
-                f"{angle:.1f} deg around the {item.name}; {valid}"
-            )
 
 
 def _check_widths(config: GripperConfig, claws: Claws, dimensions: Dimensions) -> None:

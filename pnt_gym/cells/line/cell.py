@@ -201,15 +201,6 @@ class LineCell:
         Args:
             choice: index of the choice (N,), from 0 to `CHOICES` - 1.
         """
-        before = self.state
-        decisions = self._carry_out(choice)
-        if self.watched is not None:
-            cycle = self._record_cycle(before, decisions, int(choice[0])) if decisions.valid[0] else None
-            self.watched = self.watched.advance(float(before.clock[0]), cycle)
-        return decisions
-
-    def _carry_out(self, choice: Ints) -> Decisions:
-        """Carry out N decisions."""
         before, state = self.state, self.state.next()
         chosen = take(before.choices, (np.arange(self.count), choice))
         attempt = Attempt(self.chooser, before.robot, self.stream, chosen)
@@ -218,10 +209,19 @@ class LineCell:
         observation = self._advance(state)
         self.state = state
         elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - before.clock, 0.0)
-        return Decisions(
-            attempt=attempt, results=results, start=before.clock, end=outcomes["end"], value=outcomes["value"],
-            elapsed=elapsed, observation=observation,
-        )  # fmt: skip
+        decisions = Decisions(
+            attempt=attempt,
+            results=results,
+            start=before.clock,
+            end=outcomes["end"],
+            value=outcomes["value"],
+            elapsed=elapsed,
+            observation=observation,
+        )
+        if self.watched is not None:
+            cycle = self._record_cycle(before, decisions, int(choice[0])) if decisions.valid[0] else None
+            self.watched = self.watched.advance(float(before.clock[0]), cycle)
+        return decisions
 
     def _advance(self, state: LineState) -> NDArray[np.float32]:
         """Advance all lines in place; observations of the robots that decide next (N, ENTRIES)."""

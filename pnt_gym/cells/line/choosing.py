@@ -52,9 +52,28 @@ class Chooser:
         self._planners = [PickPlanner(kind) for kind in kinds]
         self.tables: Tables = make_tables(config, self._planners, self._kind_of, chances)
         """Tables of the line for compiled functions."""
-        blank, self.blank = self._sample_choice()
+        # An arbitrary pick and throw (1,), which fills rows without a choice.
+        objects = self.planner.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), _TRIALS)
+        low, high = self._config.cell.belt.pick_x
+        stream = Stream.of(objects, low + (high - low) * objects.draws.place[..., 0], *np.zeros((2, 1, _TRIALS)))
+        seen = Seen.zeros(1, _TRIALS, index=np.arange(_TRIALS), x=stream.x, kind=stream.riders["seen"])
+        stations = self.tables.stations.copy()
+        stations["base"] = 0.0
+        tables = self.tables._replace(stations=stations, can_take=np.ones_like(self.tables.can_take))
+        line = np.zeros(1, dtype=np.int64)
+        planned = _options(tables, stream.riders, Sight(line, seen), line, self.initial_hand()[None])
+        if len(planned) == 0:
+            raise ConfigError(
+                f"level {self._config.name!r}: no robot can throw an object into its bins; move the bins closer"
+            )
+        choice = planned[:1].copy()
+        throws = take(objects, (line, choice["place"])).replace(percent=choice["percent"])
+        context, _ = self._planners[0].plan_into(throws, choice["pick"], choice["bin"])
+        for name in ("real", "line", "place", "index", "value", "chance"):
+            choice[name] = 0
+        self.blank = context
         """Context (1,) that fills rows without a choice."""
-        self.tables = self.tables._replace(blank=blank)
+        self.tables = self.tables._replace(blank=choice)
 
     @property
     def planner(self) -> PickPlanner:
@@ -125,28 +144,6 @@ class Chooser:
         """Robots downstream of each robot (C,) that take objects classified as kinds (C,), (C, R)."""
         can_take = self.tables.can_take
         return can_take[:, kind].T & (np.arange(len(can_take)) > robot[:, None])
-
-    def _sample_choice(self) -> tuple[Rows1[Choice], Context]:
-        """An arbitrary pick and throw (1,), which fills rows without a choice."""
-        objects = self.planner.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), _TRIALS)
-        low, high = self._config.cell.belt.pick_x
-        stream = Stream.of(objects, low + (high - low) * objects.draws.place[..., 0], *np.zeros((2, 1, _TRIALS)))
-        seen = Seen.zeros(1, _TRIALS, index=np.arange(_TRIALS), x=stream.x, kind=stream.riders["seen"])
-        stations = self.tables.stations.copy()
-        stations["base"] = 0.0
-        tables = self.tables._replace(stations=stations, can_take=np.ones_like(self.tables.can_take))
-        line = np.zeros(1, dtype=np.int64)
-        planned = _options(tables, stream.riders, Sight(line, seen), line, self.initial_hand()[None])
-        if len(planned) == 0:
-            raise ConfigError(
-                f"level {self._config.name!r}: no robot can throw an object into its bins; move the bins closer"
-            )
-        choice = planned[:1].copy()
-        throws = take(objects, (line, choice["place"])).replace(percent=choice["percent"])
-        context, _ = self._planners[0].plan_into(throws, choice["pick"], choice["bin"])
-        for name in ("real", "line", "place", "index", "value", "chance"):
-            choice[name] = 0
-        return choice, context
 
 
 def _options(tables: Tables, riders: Rows2[Rider], look: Sight, robot: Ints, hand: Floats) -> Rows1[Choice]:

@@ -129,7 +129,28 @@ class LineCore:
             ended = self.cell.over
             shift_info = self._shift_info(ended)
             shift_info |= self._success_info(decisions.results["is_success"], ended, waiting)
-            info = {**_decision_info(decisions), **self._simulation_info(decisions), **shift_info, **self.kinds()}
+            results, attempt = decisions.results, decisions.attempt
+            info = {
+                "dt": decisions.elapsed,
+                "by": decisions.robot,
+                "invalid_action": ~decisions.valid,
+                "object": np.where(decisions.valid, decisions.index, -1),
+                "item": attempt.item,
+                "true_kind": attempt.true_kind,
+                "bin": attempt.bin,
+                "percent": attempt.percent,
+                "value": decisions.value,
+                "picked": results["picked"],
+                "is_success": results["is_success"],
+                "sorted": results["sorted"],
+                "ended_in": results["ended_in"],
+                "start": decisions.start,
+                "cycle_time": decisions.end - decisions.start,
+                "wait_time": np.where(decisions.valid, decisions.wait, 0.0),
+                **self._simulation_info(decisions),
+                **shift_info,
+                **self.kinds(),
+            }
             return Step(decisions.observation, reward, ended, info, dict.fromkeys(shift_info, ended))
 
     def view(self) -> LineView:
@@ -164,29 +185,6 @@ class LineCore:
             figures[name] = np.full((self.count, *values.shape[1:]), np.nan)
             figures[name][rows] = values
         return figures
-
-
-def _decision_info(decisions: Decisions) -> dict[str, NDArray[Any]]:
-    """Infos of decisions, (N,) each."""
-    results, attempt = decisions.results, decisions.attempt
-    return {
-        "dt": decisions.elapsed,
-        "by": decisions.robot,
-        "invalid_action": ~decisions.valid,
-        "object": np.where(decisions.valid, decisions.index, -1),
-        "item": attempt.item,
-        "true_kind": attempt.true_kind,
-        "bin": attempt.bin,
-        "percent": attempt.percent,
-        "value": decisions.value,
-        "picked": results["picked"],
-        "is_success": results["is_success"],
-        "sorted": results["sorted"],
-        "ended_in": results["ended_in"],
-        "start": decisions.start,
-        "cycle_time": decisions.end - decisions.start,
-        "wait_time": np.where(decisions.valid, decisions.wait, 0.0),
-    }
 
 
 def _check_choices(actions: object, count: int) -> Ints:

@@ -67,7 +67,25 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         if (row := self.record_row) is not None:
             self._keep(control[row, : steps[row]], plans.u[row], int(part[row]), context.goal[row])
         record = roll_out(self.batch, control, steps, ("qpos", "qvel", "sensordata"))
-        return self._flight(record, clock, steps, part)
+        scene, rows = self.scene, np.arange(len(part))
+        first = scene.first_qpos[part][:, None] + np.arange(3)
+        last = steps - 1
+        touch, pushed = self._touches(record["sensordata"], part)
+        columns = scene.first_qpos[:, None] + np.arange(3)
+        return Flight(
+            pose=np.take_along_axis(record["qpos"], first[:, None, :], axis=2),
+            velocity=np.take_along_axis(record["qvel"], first[:, None, :], axis=2),
+            arm_angle=record["qpos"][..., 0],
+            arm_speed=record["qvel"][..., 0],
+            torque=record["sensordata"][..., TORQUE],
+            touch=touch,
+            pushed=pushed,
+            clock=clock,
+            last_step=last,
+            step=self.config.timestep,
+            final_pose=record["qpos"][rows, last][:, columns],
+            final_velocity=record["qvel"][rows, last][:, columns],
+        )
 
     def write(self, angle: Floats, part: Ints, radius: Floats, lying: Floats) -> None:
         """Set up the simulations: arm at rest at `angle` (N,), part at `radius` (N,), other parts at `lying`."""
@@ -113,27 +131,6 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
             for column in np.moveaxis(int(model.nu) + self.scene.grips[part], -1, 0):
                 control[np.arange(count), :, column] = is_held
         return control
-
-    def _flight(self, record: dict[str, Floats], clock: Clock, steps: Ints, part: Ints) -> Flight:
-        scene, rows = self.scene, np.arange(len(part))
-        first = scene.first_qpos[part][:, None] + np.arange(3)
-        last = steps - 1
-        touch, pushed = self._touches(record["sensordata"], part)
-        columns = scene.first_qpos[:, None] + np.arange(3)
-        return Flight(
-            pose=np.take_along_axis(record["qpos"], first[:, None, :], axis=2),
-            velocity=np.take_along_axis(record["qvel"], first[:, None, :], axis=2),
-            arm_angle=record["qpos"][..., 0],
-            arm_speed=record["qvel"][..., 0],
-            torque=record["sensordata"][..., TORQUE],
-            touch=touch,
-            pushed=pushed,
-            clock=clock,
-            last_step=last,
-            step=self.config.timestep,
-            final_pose=record["qpos"][rows, last][:, columns],
-            final_velocity=record["qvel"][rows, last][:, columns],
-        )
 
     def _touches(self, sensordata: Floats, part: Ints) -> tuple[Bools, Bools]:
         """Contacts of the thrown part: with each pallet and other part after each step, and any during it.

@@ -51,7 +51,11 @@ def _reason(pose: Floats, dims: Dimensions) -> str:
     if sentence:
         return sentence
     if arms.closure.determinant()[0] <= 0.0:
-        return _singular(pose, dims)
+        sentence = "theta is at or past a singularity, where the motors lose hold of the platform"
+        angle = float(singular_angle(pose[:3], dims))
+        if pose[3] < angle or np.isnan(angle):
+            return sentence
+        return f"{sentence}; it must stay below {np.rad2deg(angle):.2f} deg at this position"
     low, high = np.rad2deg(dims.theta)
     return f"theta is {np.rad2deg(pose[3]):.2f} deg; it must lie in {low:g} to {high:g} deg"
 
@@ -84,14 +88,6 @@ def _stroke(arms: Arms, dims: Dimensions) -> str:
         f"arm {arm + 1} would stand at {np.rad2deg(q[arm]):.2f} deg; "
         f"its stroke is {np.rad2deg(low):g} to {np.rad2deg(high):g} deg"
     )
-
-
-def _singular(pose: Floats, dims: Dimensions) -> str:
-    sentence = "theta is at or past a singularity, where the motors lose hold of the platform"
-    angle = float(singular_angle(pose[:3], dims))
-    if pose[3] < angle or np.isnan(angle):
-        return sentence
-    return f"{sentence}; it must stay below {np.rad2deg(angle):.2f} deg at this position"
 
 
 def _text(pose: Floats) -> str:

@@ -122,31 +122,8 @@ def arms_kappa(arms: Arms, dims: Dimensions) -> Floats:
         (closure.c * weight_3, closure.y * weight_3, closure.d * weight_3),
         tuple(part * blend_weight for part in closure.blend()),
     )
-    return _singular_ratio(np.array(rows))
-
-
-def arms_tau(arms: Arms) -> Floats:
-    """Eq. 10, tau (M,) as printed, by the cofactors of J_x's last column."""
-    closure, drive = arms.closure, arms.drive
-    c_1, c_2, c_3, c_4 = closure.cofactors()
-    det = closure.fold_2 * c_2 + closure.fold_4 * c_4
-    c_1, c_2, c_3, c_4 = c_1 * drive[0], c_2 * drive[1], c_3 * drive[2], c_4 * drive[3]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.abs(det) / np.sqrt(c_1 * c_1 + c_2 * c_2 + c_3 * c_3 + c_4 * c_4)
-
-
-def _arms_folding(arms: Arms) -> Floats:
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return 1.0 / np.hypot(arms.closure.fold_2 / arms.drive[1], arms.closure.fold_4 / arms.drive[3])
-
-
-def _singular_ratio(matrix: Floats) -> Floats:
-    """Smallest over largest singular value of (3, 3, M) matrices; 0 for a matrix of zeros.
-
-    The largest eigenvalue of the Gram matrix comes from the trigonometric solution of its characteristic cubic, the two
-    smaller eigenvalues from their sum and product. Sum and product are computed from minors, so that no digits cancel
-    when the matrix is nearly singular.
-    """
+    # Smallest over largest singular value of (3, 3, M) matrices; 0 for a matrix of zeros.
+    matrix = np.array(rows)
     (p_x, p_y, p_z), (q_x, q_y, q_z), (s_x, s_y, s_z) = p, q, s = matrix
     normal = _cross(q, s)
     det = p_x * normal[0] + p_y * normal[1] + p_z * normal[2]
@@ -168,6 +145,21 @@ def _singular_ratio(matrix: Floats) -> Floats:
         middle = 0.5 * (total + np.sqrt(np.maximum(total * total - 4.0 * product, 0.0)))
         ratio = np.abs(det) / (largest * np.sqrt(middle))
     return np.where((middle > 0.0) | np.isnan(mean), ratio, 0.0)
+
+
+def arms_tau(arms: Arms) -> Floats:
+    """Eq. 10, tau (M,) as printed, by the cofactors of J_x's last column."""
+    closure, drive = arms.closure, arms.drive
+    c_1, c_2, c_3, c_4 = closure.cofactors()
+    det = closure.fold_2 * c_2 + closure.fold_4 * c_4
+    c_1, c_2, c_3, c_4 = c_1 * drive[0], c_2 * drive[1], c_3 * drive[2], c_4 * drive[3]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.abs(det) / np.sqrt(c_1 * c_1 + c_2 * c_2 + c_3 * c_3 + c_4 * c_4)
+
+
+def _arms_folding(arms: Arms) -> Floats:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return 1.0 / np.hypot(arms.closure.fold_2 / arms.drive[1], arms.closure.fold_4 / arms.drive[3])
 
 
 def _cross(a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:

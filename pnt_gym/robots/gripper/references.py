@@ -99,16 +99,12 @@ def motor_references(
     speed = _rate(q, step)
     acceleration = _rate(speed, step)
     hand = _rate(_rate(poses[..., :3], step), step)
-    torque = _arm_torque(q, speed, acceleration, dimensions, build)
+    # Torque that moves motor, arm and the upper half of the forearm [N m].
+    inertia = build.servo.armature + (build.arm_mass / 3.0 + build.rod_mass / 2.0) * dimensions.r**2
+    weight = (build.arm_mass + build.rod_mass) * GRAVITY * dimensions.r / 2.0
+    torque = inertia * acceleration + build.servo.damping * speed + weight * np.cos(q)
     torque += _platform_torque(poses, hand, build.moving_mass + np.asarray(payload, dtype=np.float64), dimensions)
     return MotorReferences(q, speed, torque * np.asarray(share, dtype=np.float64))
-
-
-def _arm_torque(q: Floats, speed: Floats, acceleration: Floats, dims: Dimensions, build: Build) -> Floats:
-    """Torque that moves motor, arm and the upper half of the forearm [N m]."""
-    inertia = build.servo.armature + (build.arm_mass / 3.0 + build.rod_mass / 2.0) * dims.r**2
-    weight = (build.arm_mass + build.rod_mass) * GRAVITY * dims.r / 2.0
-    return inertia * acceleration + build.servo.damping * speed + weight * np.cos(q)
 
 
 def _platform_torque(pose: Floats, acceleration: Floats, mass: Floats, dims: Dimensions) -> Floats:

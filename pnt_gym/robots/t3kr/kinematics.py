@@ -75,7 +75,17 @@ def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
         ]
     )
     with np.errstate(invalid="ignore", divide="ignore"):
-        point = _trilaterate(centre[:, 0], centre[:, 1], centre[:, 2], geometry.rod_length)
+        # Lower of the two points at distance `radius` from three (3, M) centres, below the centres' circumcentre.
+        a = centre[:, 0]
+        b = centre[:, 1]
+        c = centre[:, 2]
+        ab, ac = b - a, c - a
+        normal = np.cross(ab, ac, axis=0)
+        area = _dot(normal, normal)
+        normal_ab, normal_ac = np.cross(normal, ab, axis=0), np.cross(ac, normal, axis=0)
+        centre = (_dot(ac, ac) * normal_ab + _dot(ab, ab) * normal_ac) / (2.0 * area)
+        height = np.sqrt((geometry.rod_length * geometry.rod_length - _dot(centre, centre)) / area)
+        point = a + centre - np.copysign(height, normal[2]) * normal
     point = np.ascontiguousarray(point.T)
     kernel.fit_points(np.ascontiguousarray(centre.T), geometry.rod_length, point)
     return point.reshape(*shape, 3)
@@ -83,20 +93,6 @@ def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
 
 def _dot(a: Floats, b: Floats) -> Floats:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _trilaterate(a: Floats, b: Floats, c: Floats, radius: float) -> Floats:
-    """Lower of the two points at distance `radius` from three (3, M) centres, below the centres' circumcentre.
-
-    With the normal n = ab x ac the circumcentre is a + (|ac|^2 n x ab + |ab|^2 ac x n) / (2 |n|^2).
-    """
-    ab, ac = b - a, c - a
-    normal = np.cross(ab, ac, axis=0)
-    area = _dot(normal, normal)
-    normal_ab, normal_ac = np.cross(normal, ab, axis=0), np.cross(ac, normal, axis=0)
-    centre = (_dot(ac, ac) * normal_ab + _dot(ab, ab) * normal_ac) / (2.0 * area)
-    height = np.sqrt((radius * radius - _dot(centre, centre)) / area)
-    return a + centre - np.copysign(height, normal[2]) * normal
 
 
 def jacobian(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:

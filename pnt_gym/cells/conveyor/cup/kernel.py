@@ -107,7 +107,8 @@ def predict(
 @kernel
 def find_near(objects: Bodies, passage: Passage, gap: float, margin: float, lip: float) -> Bools2:
     """Moments (N, K) at which cups may touch objects, as `clearance.Passage.may_touch` says."""
-    near = np.empty(passage.centre.shape[:2], np.bool_)
+    count, moments, _ = passage.centre.shape
+    near = np.empty((count, moments), np.bool_)
     for row in range(len(near)):
         length, width, height = _numbers(objects.extents[row])
         centre, cup = objects.top[row] - height / 2.0, objects.radius[row]
