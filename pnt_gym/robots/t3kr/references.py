@@ -87,12 +87,8 @@ def _solve(
         motion = np.broadcast_arrays(*motion)
     hand = np.concatenate(motion, axis=-1, dtype=np.float64)
     shape = hand.shape[:-1]
-    mass = np.full(shape, payload, dtype=np.float64).ravel()
-    joints = np.empty((5, N_ARMS, mass.size))
-    kernel.fill_joint_motion(
-        np.ascontiguousarray(hand.reshape(-1, 9)), mass, geometry.arms.rows, geometry.mechanism, joints
-    )
-    return joints.reshape(5, N_ARMS, *shape)
+    mass, rows = np.full(shape, payload, dtype=np.float64).ravel(), np.ascontiguousarray(hand.reshape(-1, 9))
+    return kernel.joint_motion(rows, mass, geometry.arms.rows, geometry.mechanism).reshape(5, N_ARMS, *shape)
 
 
 def exact_references(knots: JointMotion) -> Floats:
