@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.grasp.config import PIXEL, PIXELS
+from pnt_gym.cells.grasp.config import CHANNELS, PIXEL, PIXELS
 from pnt_gym.cells.grasp.random_kernel import GOLDEN, LOW_16, S16, S32, S48, mix, rough_normal
 from pnt_gym.cells.grasp.surface_kernel import LOOK, ZONE_LOOK, SurfaceRows, surface_point
 from pnt_gym.compiled import kernel, kernel_part
@@ -62,17 +62,6 @@ def _write_object(surfaces: SurfaceRows, k: int, x: float, y: float, height: Flo
 
 
 @kernel_part
-def _write_scene(surfaces: SurfaceRows, first: int, middles: Floats, height: Floats, look: Floats) -> None:
-    """Write the belt and M objects on the belt, from a first row on; an object with a NaN for its middle is absent."""
-    height[:] = 0.0
-    look[:] = 0.0
-    look[:, :, 0], look[:, :, 3] = BELT_GRAY, BELT_TEXTURE
-    for k in range(len(middles)):
-        if not math.isnan(middles[k, 0]):
-            _write_object(surfaces, first + k, middles[k, 0], middles[k, 1], height, look)
-
-
-@kernel_part
 def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats, is_noisy: bool, key: Any) -> None:
     """Paint a pixel of a picture (5, PIXELS, PIXELS)."""
     gray, warm, gloss, texture = look[0], look[1], look[2], look[3]
@@ -102,19 +91,26 @@ def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats
 
 
 @kernel
-def paint_rows(surfaces: SurfaceRows, middles: Floats3, keys: Keys1, is_noisy: bool, images: Bytes4) -> None:
-    """Paint N pictures of M objects each.
+def paint_rows(surfaces: SurfaceRows, middles: Floats3, keys: Keys1, is_noisy: bool) -> Bytes4:
+    """N pictures of M objects each (N, 5, PIXELS, PIXELS).
 
     Args:
         surfaces: the objects, picture after picture (N * M rows).
         middles: middles of the outlines from the middle of the picture (N, M, 2) [m]; NaN for an absent object.
         keys: keys of the noise (N,).
         is_noisy: whether depths are noisy or lost, and colours noisy.
-        images: written (N, 5, PIXELS, PIXELS).
     """
+    count, objects, _ = middles.shape
+    images = np.empty((count, CHANNELS, PIXELS, PIXELS), np.uint8)
     height, look = np.empty((PIXELS, PIXELS)), np.empty((PIXELS, PIXELS, 4))
-    for n in range(len(images)):
-        _write_scene(surfaces, n * middles.shape[1], middles[n], height, look)
+    for n in range(count):
+        height[:], look[:] = 0.0, 0.0
+        look[:, :, 0], look[:, :, 3] = BELT_GRAY, BELT_TEXTURE
+        for k in range(objects):
+            x, y = middles[n, k, 0], middles[n, k, 1]
+            if not math.isnan(x):
+                _write_object(surfaces, n * objects + k, x, y, height, look)
         for row in range(PIXELS):
             for column in range(PIXELS):
                 _paint_pixel(images[n], row, column, height, look[row, column], is_noisy, keys[n])
+    return images

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp import image_kernel
-from pnt_gym.cells.grasp.config import CHANNELS, PIXEL, PIXELS
+from pnt_gym.cells.grasp.config import PIXEL, PIXELS
 from pnt_gym.cells.grasp.surfaces import Keys, SurfaceTable, draw_surfaces, surface_rows
 
 Bytes = NDArray[np.uint8]
@@ -48,7 +48,5 @@ def pixel_places() -> Floats:
 
 def _paint(table: SurfaceTable, objects: Objects, middles: Floats, keys: Any, is_noisy: bool) -> Bytes:
     """Pictures with or without noise."""
-    images = np.empty((len(middles), CHANNELS, PIXELS, PIXELS), dtype=np.uint8)
     surfaces = surface_rows(draw_surfaces(table, objects), objects)
-    image_kernel.paint_rows(surfaces, np.ascontiguousarray(middles), np.ascontiguousarray(keys), is_noisy, images)
-    return images
+    return image_kernel.paint_rows(surfaces, np.ascontiguousarray(middles), np.ascontiguousarray(keys), is_noisy)

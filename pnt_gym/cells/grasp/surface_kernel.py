@@ -6,7 +6,7 @@ Points are in an object's own axes: x along its length, y across, from the middl
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
@@ -59,16 +59,6 @@ class SurfaceRows(NamedTuple):
 
 
 @kernel_part
-def _write_waves(key: Any, wavelength: float, body: Floats) -> None:
-    """Write directions, lengths (0.7 to 1.4 times the wavelength) and phases of an object's waves."""
-    for wave in range(WAVES):
-        heading = math.pi * (wave + uniform(key, U_WAVES + 3 * wave)) / WAVES
-        number = 2.0 * math.pi / (wavelength * (0.7 + 0.7 * uniform(key, U_WAVES + 3 * wave + 1)))
-        body[KX + wave], body[KY + wave] = number * math.cos(heading), number * math.sin(heading)
-        body[PHASE + wave] = 2.0 * math.pi * uniform(key, U_WAVES + 3 * wave + 2)
-
-
-@kernel_part
 def _place(at: float, extent: float, spread: float, draw: float) -> float:
     """Middle of a zone in shares of a half extent of the item: as near its place as the zone stays on the item."""
     room = max(1.0 - extent, 0.0)
@@ -112,7 +102,12 @@ def draw_rows(
         for part in range(4):
             body[row, LOOK + part] = item[I_LOOK + part]
         body[row, LOOK] = min(max(item[I_LOOK] + lighter, 0.0), 1.0)
-        _write_waves(key, item[I_WAVELENGTH], body[row])
+        # Directions, lengths (0.7 to 1.4 times the wavelength) and phases of the waves.
+        for wave in range(WAVES):
+            heading = math.pi * (wave + uniform(key, U_WAVES + 3 * wave)) / WAVES
+            rate = 2.0 * math.pi / (item[I_WAVELENGTH] * (0.7 + 0.7 * uniform(key, U_WAVES + 3 * wave + 1)))
+            body[row, KX + wave], body[row, KY + wave] = rate * math.cos(heading), rate * math.sin(heading)
+            body[row, PHASE + wave] = 2.0 * math.pi * uniform(key, U_WAVES + 3 * wave + 2)
         along = end * item[I_COM] * size[row, 0]
         com[row, 0], com[row, 1] = along * math.cos(yaw[row]), along * math.sin(yaw[row])
         count = 0

@@ -132,13 +132,13 @@ def arms_kappa(arms: Arms, dims: Dimensions) -> Floats:
     pp, qq, ss = _square(p), _square(q), _square(s)
     pq, ps, qs = p_x * q_x + p_y * q_y + p_z * q_z, p_x * s_x + p_y * s_y + p_z * s_z, q_x * s_x + q_y * s_y + q_z * s_z
     mean = (pp + qq + ss) / 3.0
-    # Deviator of the Gram matrix; the largest eigenvalue is mean + 2 spread cos(angle / 3).
+    # Deviator of the Gram matrix; the largest eigenvalue is mean + 2 deviation cos(angle / 3).
     pp, qq, ss = pp - mean, qq - mean, ss - mean
-    spread = np.sqrt((pp * pp + qq * qq + ss * ss + 2.0 * (pq * pq + ps * ps + qs * qs)) / 6.0)
+    deviation = np.sqrt((pp * pp + qq * qq + ss * ss + 2.0 * (pq * pq + ps * ps + qs * qs)) / 6.0)
     skew = pp * (qq * ss - qs * qs) - pq * (pq * ss - qs * ps) + ps * (pq * qs - qq * ps)
     with np.errstate(invalid="ignore", divide="ignore"):
-        cosine = np.where(spread > 0.0, skew / (2.0 * spread * spread * spread), 1.0)
-        largest = mean + 2.0 * spread * np.cos(np.arccos(np.clip(cosine, -1.0, 1.0)) / 3.0)
+        cosine = np.where(deviation > 0.0, skew / (2.0 * deviation * deviation * deviation), 1.0)
+        largest = mean + 2.0 * deviation * np.cos(np.arccos(np.clip(cosine, -1.0, 1.0)) / 3.0)
         # Product and sum of the two smaller eigenvalues.
         product = det * det / largest
         total = (minors - product) / largest
