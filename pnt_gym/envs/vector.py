@@ -119,6 +119,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """
         if self.closed:
             raise OrderError("the environment is closed; make another one")
+        request = request_of(options, self.core, "reset_mask")
         # Which cells to restart: all, unless the options choose.
         given: Any = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
         try:
@@ -128,7 +129,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
             said = one_sentence(repr(given), 80)
             raise ConfigError(f"reset_mask is {said}; it must be a boolean array of shape ({self.num_envs},)")
-        request, seeds = request_of(options, self.core, "reset_mask"), self._seeds(seed)
+        seeds = self._seeds(seed)
         if self._failed and not mask.all():
             raise OrderError("the last step failed; reset all cells, without a reset_mask")
         rows = np.flatnonzero(mask)

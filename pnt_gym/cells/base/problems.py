@@ -102,36 +102,29 @@ def _wrong_values(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> It
 def _message(problem: ErrorDetails, place: Place, kind: type[BaseModel]) -> str:
     if problem["type"] in ("model_type", "model_attributes_type", "dict_type"):
         section = _section_at(kind, place)
-        return f"input should be a section{'' if section is None else f', with {_first_keys(section)}'}"
+        if section is None:
+            return "input should be a section"
+        # Keys that make clear what a section is: those that are needed, or the first ones.
+        needed = [name for name, field in section.model_fields.items() if field.is_required()]
+        *before, last = (needed or list(section.model_fields))[:3]
+        return f"input should be a section, with {'keys ' + ', '.join(before) + ' and' if before else 'key'} {last}"
     if problem["type"] == "tuple_type":
         example = "" if problem["input"] is None else f", as in [{one_sentence(problem['input'], 40)}]"
         return f"input should be a list{example}"
-    unit = f" {_unit_at(kind, place)}" if problem["type"] in _BOUNDS else ""
+    keys = [index for index, part in enumerate(place) if isinstance(part, str)]
+    section = _section_at(kind, place[: keys[-1]]) if keys and problem["type"] in _BOUNDS else None
+    field = None if section is None else section.model_fields.get(str(place[keys[-1]]))
+    unit = ""
+    if field is not None:
+        # The unit of a number stands at the end of the description of its key.
+        extra, found = cast("dict[str, str] | None", field.json_schema_extra), _UNIT.search(field.description or "")
+        unit = f" {extra['unit'] if extra else found[1] if found else ''}"
     words = f"{problem['msg'][0].lower()}{problem['msg'][1:]}".removeprefix("tuple ").replace(" after validation", "")
     hint = ""
     if problem["type"] == "literal_error":
         meant = closest_name(problem["input"], re.findall(r"'([^']*)'", problem["msg"]))
         hint = "" if meant is None else f"; did you mean {meant!r}?"
     return f"{'input ' if problem['type'] in _LENGTHS else ''}{words}{unit}".rstrip() + hint
-
-
-def _unit_at(kind: type[BaseModel], place: Place) -> str:
-    """Unit of a number, from the end of the description of its key; empty where there is none."""
-    keys = [index for index, part in enumerate(place) if isinstance(part, str)]
-    section = _section_at(kind, place[: keys[-1]]) if keys else None
-    field = None if section is None else section.model_fields.get(str(place[keys[-1]]))
-    if field is None:
-        return ""
-    extra = cast("dict[str, str] | None", field.json_schema_extra)
-    unit = _UNIT.search(field.description or "")
-    return extra["unit"] if extra else unit[1] if unit else ""
-
-
-def _first_keys(section: type[BaseModel]) -> str:
-    """Keys that make clear what a section is: those that are needed, or the first ones."""
-    needed = [name for name, field in section.model_fields.items() if field.is_required()]
-    *before, last = (needed or list(section.model_fields))[:3]
-    return f"keys {', '.join(before)} and {last}" if before else f"key {last}"
 
 
 def _sections_in(annotation: Any) -> Iterator[type[BaseModel]]:

@@ -40,7 +40,8 @@ def advance_to_request(cell: Cell[Any, Any, Any, Any], generators: Generators, r
         draws = min(max(tried, FIRST_BATCH), max(LARGEST_BATCH // pending.size, 1), MOST_DRAWS - tried)
         if draws == 0:
             request_text = " and ".join(f"{option} {name!r}" for option, name in request.items())
-            names_text = " and ".join(f"{option}s {_join_names(_names(cell, option))}" for option in request)
+            lists = {option: one_sentence(", ".join(_names(cell, option)), 150) for option in request}
+            names_text = " and ".join(f"{option}s {names}" for option, names in lists.items())
             sentence = f"{request_text} did not come in {MOST_DRAWS} draws of level {cell.config.name!r}"
             raise ConfigError(f"{sentence}, which has {names_text}")
         scout = cell.scout([_jump_ahead(generators[row], tried + k) for row in pending for k in range(draws)])
@@ -79,7 +80,3 @@ def requested_name(cell: Cell[Any, Any, Any, Any], option: str, value: Any) -> s
         return names[int(value)]
     further = f", or an index from 0 to {len(names) - 1}" if names else f" with a name on level {cell.config.name!r}"
     raise ConfigError(unknown_name(option, value, names, further))
-
-
-def _join_names(names: Sequence[str]) -> str:
-    return one_sentence(", ".join(names), 150)

@@ -99,15 +99,6 @@ def _is_clear(solid: Solid, state: Floats, bins: Rows[BinShape], rim: float, gro
 
 
 @kernel_part
-def _kinetic_height(solid: Solid, state: Floats) -> float:
-    """Kinetic energy over weight of a body [m]."""
-    energy = state[7] * state[7] + state[8] * state[8] + state[9] * state[9]
-    for axis in range(3):
-        energy += solid.spin[axis] * (state[10 + axis] * state[10 + axis])
-    return energy / (2.0 * GRAVITY)
-
-
-@kernel_part
 def _surface_outside(solid: Solid, state: Floats, ground: Ground) -> float:
     """Height [m] of the surface under a body outside the bins: the belt, if it may come down there, or the floor."""
     x, y, height = state[0], state[1], state[2]
@@ -199,7 +190,11 @@ def follow(
         solid, bins, rim = vicinity.solid[row], vicinity.bins[row], vicinity.rim[row]
         ground = vicinity.ground[row]
         while verdict[row] == FALLING:
-            now = state[row, 2] + _kinetic_height(solid, state[row])
+            # Energy over weight [m].
+            squares = state[row, 7] * state[row, 7] + state[row, 8] * state[row, 8] + state[row, 9] * state[row, 9]
+            for axis in range(3):
+                squares += solid.spin[axis] * (state[row, 10 + axis] * state[row, 10 + axis])
+            now = state[row, 2] + squares / (2.0 * GRAVITY)
             largest, energy[row] = max(now, energy[row]), now
             if steps[row] <= 1 or now < rim:
                 verdict[row] = OVER

@@ -136,7 +136,7 @@ class DriftingCells(SteadyCells):
         """First picks of new shifts, whose drift is drawn here."""
         schedule = DriftSchedule.draw(generators, self._config)
         self._schedule = replace_rows(self._schedule, rows, schedule)
-        return self._apply_drift(picks, schedule)
+        return apply_drift(picks, schedule.now(), self._config) if self._config.drift.moves else picks
 
     def after(self, context: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
         """The next picks in cells that have drifted further, with the camera's measurements of these throws."""
@@ -150,16 +150,13 @@ class DriftingCells(SteadyCells):
         )
         offset = np.nan_to_num(np.stack(context.to_throw_frame(displacement), axis=1))
         before = LastThrow(is_visible, error, offset, context.direction, gone)
-        return self._apply_drift(picks, self._schedule).replace(before=before)
+        coming = apply_drift(picks, self._schedule.now(), self._config) if self._config.drift.moves else picks
+        return coming.replace(before=before)
 
     def feedback(self, before: LastThrow) -> dict[str, NDArray[Any]]:
         """Landing errors that the camera measured, NaN where it saw nothing, and the throw's number in the shift."""
         error = np.where(before.seen[:, None], before.error, np.nan)
         return {**dict(zip(CAMERA_ERRORS, error.T.copy(), strict=True)), "pick_in_shift": self._schedule.at - 1}
-
-    def _apply_drift(self, picks: Context, schedule: DriftSchedule) -> Context:
-        """Picks with the drift of the shift at this moment."""
-        return apply_drift(picks, schedule.now(), self._config) if self._config.drift.moves else picks
 
 
 def make_drift(config: ConveyorConfig, generators: Generators, feedback: bool) -> SteadyCells:

@@ -232,15 +232,15 @@ class LineCell:
             robots = np.ascontiguousarray(state.robot)
             fill_observations(self.chooser.tables, state, self.stream.riders, robots, lines, observations)
 
-        draws = self._coming_draws(state, goes_on) if self._threads > 1 else []
+        draws: list[Callable[[], None]] = []
+        if self._threads > 1:
+            # The next shifts of lines in which no robot is free again before the end of the shift.
+            ended = goes_on & (state.arms["free"].min(axis=1) >= self.config.duration)
+            draws = [
+                partial(self.arriving.draw_ahead, row, self.generators[row]) for row in ended.nonzero()[0].tolist()
+            ]
         work_in_parts(work, np.arange(self.count), self._threads, draws)
         return observations
-
-    def _coming_draws(self, state: LineState, goes_on: Bools) -> list[Callable[[], None]]:
-        """Draws of the next shifts of lines in which no robot is free again before the end of the shift."""
-        ended = goes_on & (state.arms["free"].min(axis=1) >= self.config.duration)
-        rows: list[int] = ended.nonzero()[0].tolist()
-        return [partial(self.arriving.draw_ahead, row, self.generators[row]) for row in rows]
 
     def _record_cycle(self, before: LineState, decisions: Decisions, choice: int) -> RobotCycle:
         """Tracks of the first line's decision, for pictures."""

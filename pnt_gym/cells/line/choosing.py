@@ -13,7 +13,7 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line import choose, plan, sight, simulate
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig, distinct_cells
-from pnt_gym.cells.line.rows import Candidate, Choice, LineState, Rider, Seen, Short, Tables
+from pnt_gym.cells.line.rows import Candidate, Choice, LineState, Rider, Seen, Tables
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.cells.line.tables import make_tables
 from pnt_gym.errors import ConfigError
@@ -103,7 +103,8 @@ class Chooser:
             if not has_ended:
                 raise ConfigError(f"level {self._config.name!r}: the robots find no object that they can take")
             if lines.size > 0:
-                _draw_roots(short)
+                # The cubes of short throws become their roots.
+                short["top"], short["peak"] = np.cbrt(short["top"]), np.cbrt(short["peak"])
                 lines = simulate.choose_after_roots(*arrays, lines, seen, planned, short)
 
     def plan_choices(self, robot: Ints, stream: Stream, choices: Rows1[Choice]) -> Context:
@@ -152,7 +153,8 @@ def _options(tables: Tables, riders: Rows2[Rider], look: Sight, robot: Ints, han
     candidates = candidates[: sight.list_candidates(tables, look.seen, robot, candidates)]
     meetings = plan.meet_candidates(tables, candidates, look.line, look.seen, hand, riders)
     planned, short = plan.plan_throws(tables, candidates, look.seen, meetings)
-    _draw_roots(short)
+    # The cubes of short throws become their roots.
+    short["top"], short["peak"] = np.cbrt(short["top"]), np.cbrt(short["peak"])
     plan.finish_short_throws(tables, short, planned)
     choose.write_values(tables, riders, look.line, look.seen, planned)
     return planned
@@ -164,8 +166,3 @@ def _most_candidates(tables: Tables) -> Ints:
     settings = stations["end_setting"] - stations["first_setting"]
     ranges = zip(stations["first_site"], stations["end_site"], strict=True)
     return np.array([tables.accepts[first:end].sum(axis=0).max(initial=0) for first, end in ranges]) * settings
-
-
-def _draw_roots(short: Rows1[Short]) -> None:
-    """Replace the cubes of short throws by their roots, in place."""
-    short["top"], short["peak"] = np.cbrt(short["top"]), np.cbrt(short["peak"])

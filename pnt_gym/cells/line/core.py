@@ -128,8 +128,15 @@ class LineCore:
             reward = decisions.value - self.config.price_of_time * decisions.elapsed
             ended = self.cell.over
             shift_info = self._shift_info(ended)
-            shift_info |= self._success_info(decisions.results["is_success"], ended, waiting)
             results, attempt = decisions.results, decisions.attempt
+            # The decisions that succeeded, of those in the shifts that are over.
+            counts = np.ones_like(ended) if waiting is None else ~waiting
+            self._decisions += counts
+            self._successes += results["is_success"] & counts
+            if ended.any():
+                success = self._successes / np.maximum(self._decisions, 1)
+                shift_info[EPISODE_SUCCESS] = np.where(ended, success, np.nan)
+            simulated = ("landing_error", "energy") if isinstance(self.cell.throws, SimulatedThrows) else ()
             info = {
                 "dt": decisions.elapsed,
                 "by": decisions.robot,
@@ -147,7 +154,7 @@ class LineCore:
                 "start": decisions.start,
                 "cycle_time": decisions.end - decisions.start,
                 "wait_time": np.where(decisions.valid, decisions.wait, 0.0),
-                **self._simulation_info(decisions),
+                **{name: results[name] for name in simulated},
                 **shift_info,
                 **self.kinds(),
             }
@@ -160,20 +167,6 @@ class LineCore:
             ConfigError: there are several lines.
         """
         return LineView(self.cell)
-
-    def _simulation_info(self, decisions: Decisions) -> dict[str, NDArray[Any]]:
-        """Infos that only simulated throws have."""
-        if not isinstance(self.cell.throws, SimulatedThrows):
-            return {}
-        return {"landing_error": decisions.results["landing_error"], "energy": decisions.results["energy"]}
-
-    def _success_info(self, is_success: Bools, ended: Bools, waiting: Bools | None) -> dict[str, NDArray[Any]]:
-        """Count the decisions that succeeded; their share in the shifts that are over, empty while none is."""
-        self._decisions += 1 if waiting is None else ~waiting
-        self._successes += is_success if waiting is None else is_success & ~waiting
-        if not ended.any():
-            return {}
-        return {EPISODE_SUCCESS: np.where(ended, self._successes / np.maximum(self._decisions, 1), np.nan)}
 
     def _shift_info(self, ended: Bools) -> dict[str, NDArray[Any]]:
         """Figures of the shifts that are over, NaN for the other lines; empty while no shift is over."""

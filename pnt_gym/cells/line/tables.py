@@ -29,6 +29,7 @@ def make_tables(config: LineConfig, planners: Sequence[PickPlanner], kind_of: In
     """
     kinds = [planner.config for planner in planners]
     robots, begins, ends = config.standstills()
+    centres = np.array([[b.x, b.y, kind.bins.rim] for kind in kinds for b in kind.bins.fixed]).reshape(-1, 3)
     # The robots, with the ranges of the bins and settings of their kinds.
     sites = np.cumsum([0, *(len(kind.bins.fixed) for kind in kinds)])
     settings = np.cumsum([0, *(len(kind.limits.percent) for kind in kinds)])
@@ -44,7 +45,9 @@ def make_tables(config: LineConfig, planners: Sequence[PickPlanner], kind_of: In
         ),
         can_take=config.can_take(),
         standstills=Standstill.zeros(len(robots), robot=robots, start=begins, end=ends),
-        sites=concatenate_records([_sites(kind) for kind in kinds]),
+        sites=Site.zeros(
+            len(centres), centre=centres, bin=np.concatenate([np.arange(len(kind.bins.fixed)) for kind in kinds])
+        ),
         accepts=np.ascontiguousarray(np.concatenate([kind.acceptance().T for kind in kinds])),
         settings=concatenate_records([_settings(kind) for kind in kinds]),
         chances=chances.table,
@@ -77,13 +80,6 @@ def _line_row(config: LineConfig, planner: PickPlanner) -> Rows1[LineNumbers]:
         reserve=motion.reserve,
         workspace=[space.semi_x, space.semi_y, space.z_min, space.z_max],
     )
-
-
-def _sites(kind: ConveyorConfig) -> Rows1[Site]:
-    """The bins of a kind of robots."""
-    bins = kind.bins.fixed
-    centre = np.array([[bin_.x, bin_.y, kind.bins.rim] for bin_ in bins]).reshape(-1, 3)
-    return Site.zeros(len(bins), centre=centre, bin=np.arange(len(bins)))
 
 
 def _settings(kind: ConveyorConfig) -> Rows1[Setting]:

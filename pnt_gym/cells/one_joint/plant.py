@@ -103,7 +103,10 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         qpos[:, scene.first_qpos[:, None] + np.arange(3)] = poses
         batch.expand("body_gravcomp")[:, scene.bodies] = np.where(weight, 0.0, 1.0)
         batch.expand("site_pos")[rows, scene.seats[part]] = np.stack([radius, np.zeros_like(radius), height], axis=-1)
-        self._place_stoppers(part, radius)
+        if scene.stoppers is not None:
+            distance = np.array([p.support for p in scene.parts])[part] + STOPPER_GAP + STOPPER_WIDTH / 2
+            for stopper, place in zip(scene.stoppers, (radius - distance[:, 1], radius + distance[:, 0]), strict=True):
+                batch.expand("body_pos")[:, stopper, 0] = place
         batch.set_const()
 
     def _load(self, part: Ints, reach: Floats) -> Load:
@@ -111,15 +114,6 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         height = self._loads.height[part]
         radius = np.sqrt(reach**2 - height**2)
         return Load(self._loads.mass[part], self._loads.inertia[part], radius, height)
-
-    def _place_stoppers(self, part: Ints, radius: Floats) -> None:
-        if self.scene.stoppers is None:
-            return
-        distance = np.array([p.support for p in self.scene.parts])[part] + STOPPER_GAP + STOPPER_WIDTH / 2
-        place = self.batch.expand("body_pos")
-        inner, outer = self.scene.stoppers
-        place[:, inner, 0] = radius - distance[:, 1]
-        place[:, outer, 0] = radius + distance[:, 0]
 
     def _controls(self, motion: ArmMotion, load: Load, clock: Clock, part: Ints, steps: int) -> Floats:
         """References of the motor and activations of the grips (N, steps, nu + neq)."""

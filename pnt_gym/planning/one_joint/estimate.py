@@ -121,7 +121,9 @@ def arrival(
     candidates = apex + _cubic_roots(linear, constant)
     if earliest is not None:
         candidates = np.maximum(candidates, np.broadcast_to(numbers(earliest, "earliest"), flight.x.shape))
-    distance = np.stack([_distance(flight, time, target, weights) for time in candidates])
+    away = np.stack([flight.state(time) for time in candidates]) - target
+    squares = weights * away * away
+    distance = squares[..., 0] + squares[..., 1] + squares[..., 2] + squares[..., 3]
     time = candidates[distance.argmin(axis=0), np.arange(flight.x.size)]
     return Arrival(flight.state(time), time)
 
@@ -143,12 +145,6 @@ def _line_fits(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple
         slope = (away * (value - mean[:, None])).sum(axis=1) / spread
         fits.append((mean - slope * middle, slope))
     return fits
-
-
-def _distance(flight: FittedFlight, time: Floats, goal: Floats, weights: Floats) -> Floats:
-    away = flight.state(time) - goal
-    square = weights * away * away
-    return square[:, 0] + square[:, 1] + square[:, 2] + square[:, 3]
 
 
 def _cubic_roots(p: Floats, q: Floats) -> Floats:

@@ -94,7 +94,11 @@ def find_releases(z: Floats, half_height: float, angles: tuple[float, float], tu
     cells = [_root_intervals(goals, borders, turn, angles) for turn in turns]
     intervals = concatenate_records(cells)
     goal = take(goals, (intervals.row, 0, 0)).with_turns(intervals.turns)
-    u = _release(goal, _root(goal, intervals), intervals.branch)
+    below = _miss(goal, intervals.low, intervals.branch) < 0.0
+    low, high = bisect(
+        lambda a: (_miss(goal, a, intervals.branch) < 0.0) == below, intervals.low, intervals.high, BISECTIONS
+    )
+    u = _release(goal, 0.5 * (low + high), intervals.branch)
     u = _polish(u, z[intervals.row], intervals.turns, half_height)
     good = u[:, 3] > 0.0
     return ReleaseRows(intervals.row[good], u[good], intervals.turns[good])
@@ -211,16 +215,6 @@ def _lowest(measure: Callable[[Floats], Floats], low: Floats, high: Floats) -> F
         left, right = high - ratio * (high - low), low + ratio * (high - low)
         lower = measure(left) < measure(right)
         low, high = np.where(lower, low, left), np.where(lower, right, high)
-    return 0.5 * (low + high)
-
-
-def _root(goal: _Goals, cells: _Intervals) -> Floats:
-    below = _miss(goal, cells.low, cells.branch) < 0.0
-
-    def same_side(a: Floats) -> Bools:
-        return (_miss(goal, a, cells.branch) < 0.0) == below
-
-    low, high = bisect(same_side, cells.low, cells.high, BISECTIONS)
     return 0.5 * (low + high)
 
 
