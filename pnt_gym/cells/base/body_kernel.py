@@ -25,21 +25,21 @@ def _semi_axes(shape: int, full: Floats) -> tuple[float, float, float]:
 
 
 @kernel_part
-def extents_of_lying(is_cylinder: bool, size: Floats) -> tuple[float, float, float]:
+def lying_extents(is_cylinder: bool, size: Floats) -> tuple[float, float, float]:
     """Extents of a body as `fluid.lying_extents` has them."""
     mean = 0.5 * (size[1] + size[2])
     return (size[0], mean, mean) if is_cylinder else (size[0], size[1], size[2])
 
 
 @kernel_part
-def inertia_of_extents(share: float, length: float, width: float, height: float) -> tuple[float, float, float]:
+def solid_shell_inertia(share: float, length: float, width: float, height: float) -> tuple[float, float, float]:
     """Inertia of a body as `fluid.solid_shell_inertia`; `share` is its gyration times its mass."""
     x, y, z = 0.5 * length, 0.5 * width, 0.5 * height
     return share * (y * y + z * z), share * (x * x + z * z), share * (x * x + y * y)
 
 
 @kernel
-def place_geoms(shape: Ints1, full: Floats2) -> tuple[Floats2, Floats2, Floats1, Floats2]:
+def geom_placement(shape: Ints1, full: Floats2) -> tuple[Floats2, Floats2, Floats1, Floats2]:
     """Sizes, attitudes and bounds of geoms as `fluid.GeomPlacement` has them, after the types."""
     count = len(shape)
     size, quat, rbound, aabb = np.empty((count, 3)), np.empty((count, 4)), np.empty(count), np.empty((count, 6))
@@ -84,7 +84,7 @@ def fill_added_mass(shape: Ints1, full: Floats2, squares: Floats2, integrals: Fl
 
 
 @kernel
-def write_bodies(rows: Ints1, body: int, geom: int, objects: ModelObjects, fields: ModelFields) -> None:
+def write_object(rows: Ints1, body: int, geom: int, objects: ModelObjects, fields: ModelFields) -> None:
     """Write N objects into the fields of some simulations (N,), as `fluid.write_object` says."""
     placement = objects.placement
     for n in range(len(rows)):

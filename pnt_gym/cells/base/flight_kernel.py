@@ -44,7 +44,7 @@ def join_flights(
 
 
 @kernel
-def find_touchdowns(flight: ObjectFlight, plane: Floats1) -> Touchdown:
+def touchdown(flight: ObjectFlight, plane: Floats1) -> Touchdown:
     """Where N free flights cross planes (N,) [m], continued ballistically from the step before something is touched.
 
     The landing of an object that does not cross the plane is its last position.
@@ -83,7 +83,7 @@ def find_touchdowns(flight: ObjectFlight, plane: Floats1) -> Touchdown:
 
 
 @kernel
-def find_lying(down: Touchdown, centre: Floats2, opening: Floats2, rim: Floats1, bottom: Floats1) -> Bools1:
+def lies_in(down: Touchdown, centre: Floats2, opening: Floats2, rim: Floats1, bottom: Floats1) -> Bools1:
     """Which objects lie in their bins (N,), as `flight.Touchdown.lies_in` says."""
     lies = np.empty(len(rim), np.bool_)
     for n in range(len(lies)):

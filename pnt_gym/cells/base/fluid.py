@@ -120,7 +120,7 @@ def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
 def lying_extents(shape: Ints, size: Floats) -> Floats:
     """Extents of bodies as `lying_size`, for extents and shapes that need no check."""
     is_round, mean = shape == CYLINDER, 0.5 * (size[:, 1] + size[:, 2])
-    return join_columns(size[:, 0], *(np.where(is_round, mean, size[:, axis]) for axis in (1, 2)))
+    return join_columns(size[:, 0], np.where(is_round, mean, size[:, 1]), np.where(is_round, mean, size[:, 2]))
 
 
 def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
@@ -133,7 +133,7 @@ def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
     Returns:
         Values for `geom_type`, `geom_size`, `geom_quat`, `geom_rbound` and `geom_aabb`.
     """
-    return GeomPlacement(_GEOM_TYPE[shape], *body_kernel.place_geoms(*in_order(shape, size)))
+    return GeomPlacement(_GEOM_TYPE[shape], *body_kernel.geom_placement(*in_order(shape, size)))
 
 
 def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
@@ -186,4 +186,4 @@ def write_object(
 ) -> None:
     """Write mass (N,) [kg], inertia (N, 3) [kg m2], geom and `geom_fluid` (N, 12) of some simulations' free objects."""
     objects = ModelObjects(*in_order(mass, inertia), GeomPlacement(*in_order(*placement)), *in_order(fluid))
-    body_kernel.write_bodies(rows, body, geom, objects, ModelFields(*map(batch.expand, MODEL_FIELDS)))
+    body_kernel.write_object(rows, body, geom, objects, ModelFields(*map(batch.expand, MODEL_FIELDS)))

@@ -70,7 +70,7 @@ class Hold(NamedTuple):
         Returns:
             The margins, and the indices of the first accelerations with a margin below 1; -1 where there is none.
         """
-        return loads.smallest_margins(Hold(*in_order(*self)), *in_order(accelerations, counts), scale)
+        return loads.smallest_margin(Hold(*in_order(*self)), *in_order(accelerations, counts), scale)
 
     def least_margin(self, acceleration: Floats) -> Floats:
         """The margin (N,) under an acceleration (N,) [m/s2] in the worst direction; the inverse of `acceleration`."""

@@ -96,7 +96,7 @@ def _load(hold: Hold, row: int, acceleration: Floats) -> float:
 
 
 @kernel
-def smallest_margins(hold: Hold, accelerations: Floats3, counts: Ints1, scale: float) -> tuple[Floats1, Ints1]:
+def smallest_margin(hold: Hold, accelerations: Floats3, counts: Ints1, scale: float) -> tuple[Floats1, Ints1]:
     """Smallest margins of N holds (N,), and where each is below 1 first (N,), as `Hold.smallest_margin` says."""
     margin, lost_at = np.empty(len(counts)), np.empty(len(counts), dtype=np.int64)
     for row in range(len(accelerations)):

@@ -34,7 +34,7 @@ from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
-from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, joint_loads, knot_count, upsample
+from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, knot_count, upsample
 
 
 @final
@@ -183,8 +183,8 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         clear, scene = clock.clear(context), self.scene
         robot_record = self._roll_out_robot(rows, context, clock, clear)
         qpos, qvel = self.qpos[rows], self.qvel[rows]
-        q, v = (slice(first, first + size) for first, size in ((scene.object_qpos, 7), (scene.object_qvel, 6)))
-        fallen = self.free.fall(rows, context, qpos[:, q], qvel[:, v], clock.end - clear)
+        place, rate = qpos[:, scene.object_qpos :][:, :7], qvel[:, scene.object_qvel :][:, :6]
+        fallen = self.free.fall(rows, context, place, rate, clock.end - clear)
         sensors = fallen.sensors[:, :: clock.stride]
         position, velocity = sensors[..., SENSORS["object_position"]], sensors[..., SENSORS["object_velocity"]]
         attitude = fallen.attitude[:, :: clock.stride]
@@ -249,8 +249,8 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         ahead = clock.end - clear
         last = -(-max(ahead.tolist()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
-        speed, torque = joint_loads(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
-        planned = in_order(torque.transpose(1, 2, 0), speed.transpose(1, 2, 0), steps * clock.step)
+        knots = joint_knots(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
+        planned = in_order(knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0), steps * clock.step)
         return Effort(*loads.loads_between(*planned))
 
     def _references(self, rows: Ints, context: Context, clock: ThrowClock, steps: int) -> Floats:

@@ -150,7 +150,7 @@ def bin_panels(size: Floats, bins: Bins) -> scene_kernel.Panels:
         bins: depth and wall thickness.
     """
     panels = scene_kernel.Panels(*np.empty((2, len(size), scene_kernel.PANELS, 3)))
-    scene_kernel.fill_panels(np.ascontiguousarray(size), bins.depth, bins.wall, panels)
+    scene_kernel.bin_panels(np.ascontiguousarray(size), bins.depth, bins.wall, panels)
     return panels
 
 

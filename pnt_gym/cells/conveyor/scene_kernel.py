@@ -77,7 +77,7 @@ class Contacts(NamedTuple):
 
 
 @kernel
-def fill_panels(size: Floats2, depth: float, wall: float, panels: Panels) -> None:
+def bin_panels(size: Floats2, depth: float, wall: float, panels: Panels) -> None:
     """Fill panels (N, 5) as `scene.bin_panels`."""
     half, centre = panels
     w, d = wall / 2.0, depth / 2.0

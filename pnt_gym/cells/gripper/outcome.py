@@ -45,7 +45,7 @@ class RecordedThrows:
     """Positive mechanical work of the motors in the simulated throw (N,) [J], see `cells.base.loads`."""
 
     @classmethod
-    def from_sensors(cls, sensordata: Floats, speed: Floats, plans: TossPlans, last_step: Ints, step: float) -> Self:
+    def of(cls, sensordata: Floats, speed: Floats, plans: TossPlans, last_step: Ints, step: float) -> Self:
         """Throws from recorded sensordata (N, M, columns of `SENSORS`).
 
         Args:

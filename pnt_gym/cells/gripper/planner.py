@@ -149,21 +149,7 @@ class TossPlanner:
             release = target.copy()
             release[:, 2] = self.config.motion.drop_height
             return release, np.zeros_like(release), _fall(release[:, 2] - hang - target[:, 2], np.zeros_like(hang))
-        release, velocity = self._candidates(target, hang)
-        # Largest motor speed on each candidate's line over its limit (N, G); infinite out of reach.
-        speed, motion = length(velocity), self.config.motion
-        ramp = 0.75 * speed / motion.acceleration
-        times = np.stack([-ramp - motion.before, np.zeros_like(ramp), ramp + motion.after], axis=-1)
-        points = release[..., None, :] + times[..., None] * velocity[..., None, :]
-        theta = np.broadcast_to(self.theta[kind][:, None, [1, 2, 3]], points.shape[:-1])
-        fastest = self._speed(points, theta[..., None], velocity[..., None, :])
-        load = np.where(np.isnan(fastest), np.inf, fastest / self.motor_speed)
-        rows, best = np.arange(len(kind)), load.argmin(axis=1)
-        release, velocity = release[rows, best], velocity[rows, best]
-        return release, velocity, _fall(release[:, 2] - hang - target[:, 2], velocity[:, 2])
-
-    def _candidates(self, target: Floats, hang: Floats) -> tuple[Floats, Floats]:
-        """Release points and velocities (N, G, 3) whose drag-free flights meet the targets."""
+        # Release points and velocities (N, G, 3) whose drag-free flights meet the targets.
         x, elevation = self._grid
         motion, shape = self.config.motion, (len(target), x.size)
         release = np.empty((*shape, 3))
@@ -178,7 +164,17 @@ class TossPlanner:
         level = distance * np.sqrt(GRAVITY / (2.0 * (distance * tan + drop)))
         velocity = way * (level / distance)[..., None]
         velocity[..., 2] = level * np.broadcast_to(np.sin(elevation) / cos, shape)
-        return release, velocity
+        # Largest motor speed on each candidate's line over its limit (N, G); infinite out of reach.
+        speed, motion = length(velocity), self.config.motion
+        ramp = 0.75 * speed / motion.acceleration
+        times = np.stack([-ramp - motion.before, np.zeros_like(ramp), ramp + motion.after], axis=-1)
+        points = release[..., None, :] + times[..., None] * velocity[..., None, :]
+        theta = np.broadcast_to(self.theta[kind][:, None, [1, 2, 3]], points.shape[:-1])
+        fastest = self._speed(points, theta[..., None], velocity[..., None, :])
+        load = np.where(np.isnan(fastest), np.inf, fastest / self.motor_speed)
+        rows, best = np.arange(len(kind)), load.argmin(axis=1)
+        release, velocity = release[rows, best], velocity[rows, best]
+        return release, velocity, _fall(release[:, 2] - hang - target[:, 2], velocity[:, 2])
 
     def _next_move_time(self, plans: TossPlans, time: Floats) -> Floats:
         """Next iterate of a move's duration, from motor speed and path at the present duration (N,) [s]."""

@@ -21,7 +21,7 @@ from pnt_gym.cells.line.chances import Chances, required_table
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
-from pnt_gym.cells.line.observation import empty_observations, fill_observations
+from pnt_gym.cells.line.observation import ENTRIES, fill_observations
 from pnt_gym.cells.line.rows import LineState, Outcome, Result
 from pnt_gym.cells.line.stream import StreamSampler
 from pnt_gym.cells.line.throws import Attempt, SimulatedThrows, TableThrows, ThrowExecutor
@@ -225,7 +225,7 @@ class LineCell:
 
     def _advance(self, state: LineState) -> NDArray[np.float32]:
         """Advance all lines in place; observations of the robots that decide next (N, ENTRIES)."""
-        observations, goes_on = empty_observations(self.count), ~self.over
+        observations, goes_on = np.empty((self.count, ENTRIES), dtype=np.float32), ~self.over
 
         def work(lines: Ints) -> None:
             self.chooser.advance(self.stream, state, lines[goes_on[lines]])

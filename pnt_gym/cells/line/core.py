@@ -16,7 +16,7 @@ from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import NO_REQUEST, Request
 from pnt_gym.cells.line.cell import Decisions, LineCell
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.observation import ENTRIES, observe_lines
+from pnt_gym.cells.line.observation import ENTRIES, fill_observations
 from pnt_gym.cells.line.outcome import shift_figures
 from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.cells.line.throws import Release, SimulatedThrows
@@ -87,16 +87,14 @@ class LineCore:
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming decisions (N, D)."""
-        return self._observe(self.cell.state.robot)
+        return self.observe_as(self.cell.state.robot)
 
-    def observe_as(self, robot: int) -> NDArray[np.float32]:
-        """Observations of one robot (N, D), without choices where another robot decides."""
-        return self._observe(np.full(self.count, robot))
-
-    def _observe(self, robot: Ints) -> NDArray[np.float32]:
-        return observe_lines(
-            self.cell.chooser.tables, self.cell.state, self.cell.stream.riders, np.ascontiguousarray(robot)
-        )
+    def observe_as(self, robot: int | Ints) -> NDArray[np.float32]:
+        """Observations (N, D) of one robot, or of one in each line (N,), without choices where another decides."""
+        cell, robots, lines = self.cell, np.full(self.count, robot), np.arange(self.count)
+        observations = np.empty((self.count, ENTRIES), dtype=np.float32)
+        fill_observations(cell.chooser.tables, cell.state, cell.stream.riders, robots, lines, observations)
+        return observations
 
     def kinds(self) -> dict[str, NDArray[Any]]:
         """`action_mask`, the real choices (N, CHOICES), and `robot`, the deciding robot (N,)."""

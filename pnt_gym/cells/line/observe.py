@@ -23,7 +23,7 @@ def _encode(value: float, centre: float, scale: float) -> float:
 
 
 @kernel
-def write_observations(
+def fill_observations(
     tables: Tables,
     state: LineState,
     riders: Rows2[Rider],

@@ -88,7 +88,7 @@ def arm_poses(tcp: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) 
 
 
 @kernel
-def jacobians(tcp: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) -> Floats3:
+def jacobian(tcp: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) -> Floats3:
     """Derivatives of the arm angles by the TCP (M, 4, 3), for TCPs (M, 3)."""
     links, out = mechanism[0], np.empty((len(tcp), ARMS, 3))
     for k in range(tcp.shape[0]):
@@ -101,7 +101,7 @@ def jacobians(tcp: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) 
 
 
 @kernel
-def closed_rates(tcp: Floats2, velocity: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) -> Floats3:
+def closed_velocity(tcp: Floats2, velocity: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) -> Floats3:
     """Rates of arms, of rods in the arm's plane and of rods out of it (3, 4, M), for moving TCPs (M, 3)."""
     links, out = mechanism[0], np.empty((3, ARMS, len(tcp)))
     length = links.length
@@ -227,9 +227,7 @@ def joint_motion(hand: Floats2, payload: Floats1, arms: Rows1[ArmFrame], mechani
 
 
 @kernel
-def fill_controls(
-    position: Floats3, velocity: Floats3, torque: Floats3, spacing: float, stride: int, out: Floats3
-) -> None:
+def upsample(position: Floats3, velocity: Floats3, torque: Floats3, spacing: float, stride: int, out: Floats3) -> None:
     """Fill position, velocity and torque of each motor at samples from those at knots.
 
     The position is the cubic Hermite p0 + h01 (p1 - p0) + h10 v0 + h11 v1, the velocity its derivative; the torque is

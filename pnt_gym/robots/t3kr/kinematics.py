@@ -97,7 +97,7 @@ def jacobian(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
         (..., 4, 3) dq/dx in rad/m; NaN where out of reach.
     """
     shape, points = as_rows(tcp, "tcp")
-    rows = kernel.jacobians(points, geometry.arms.rows, geometry.mechanism)
+    rows = kernel.jacobian(points, geometry.arms.rows, geometry.mechanism)
     rows[np.isnan(rows).any(axis=(1, 2))] = np.nan
     return rows.reshape(*shape, N_ARMS, 3)
 
@@ -141,5 +141,5 @@ def closed_velocity(
     """
     _, points = as_rows(tcp, "tcp")
     _, speeds = as_rows(velocity, "velocity")
-    arm, swing, tilt = kernel.closed_rates(points, speeds, geometry.arms.rows, geometry.mechanism)
+    arm, swing, tilt = kernel.closed_velocity(points, speeds, geometry.arms.rows, geometry.mechanism)
     return kernel.close_loops(arm, swing, tilt, rods_per_arm, speeds, np.zeros(3 if rods_per_arm == 2 else 0))

@@ -120,7 +120,7 @@ def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
     """
     times = np.arange(0.0, float(free_at.max(initial=0.0)) + CHECK_AFTER_RELEASE, CHECK_INTERVAL)
     inputs = in_order(motion.path.table, motion.pick, free_at, times)
-    return sweep.move_objects(*inputs, CHECK_AFTER_RELEASE, speed)
+    return sweep.course(*inputs, CHECK_AFTER_RELEASE, speed)
 
 
 def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: Footprints, place: Floats) -> Bools:
@@ -135,4 +135,4 @@ def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: 
     """
     outlines = sweep.Carried(*in_order(carried.shape, carried.size, carried.yaw, start, way))
     others = sweep.Neighbours(*in_order(neighbours.shape, neighbours.size, neighbours.yaw, place))
-    return sweep.find_sweeps(outlines, others)
+    return sweep.sweeps_through(outlines, others)

@@ -144,9 +144,7 @@ def move_belts(ride: Ride, new: Newcomers, passed: int, belts: Belts) -> None:
 
 
 @kernel
-def move_objects(
-    table: Floats3, pick: Floats2, free_at: Floats1, times: Floats1, flight: float, speed: float
-) -> Floats3:
+def course(table: Floats3, pick: Floats2, free_at: Floats1, times: Floats1, flight: float, speed: float) -> Floats3:
     """Displacements of N objects under hands, then in flight, from the belt's moving surface (N, M, 3) [m].
 
     Args:
@@ -202,7 +200,7 @@ def _outer_radius(outline: Outline) -> float:
 
 
 @kernel
-def find_sweeps(carried: Carried, others: Neighbours) -> Bools2:
+def sweeps_through(carried: Carried, others: Neighbours) -> Bools2:
     """Which of K neighbours each of N carried objects sweeps through on its way (N, K)."""
     count, around = others.shape.shape
     collides = np.zeros((count, around), np.bool_)

@@ -75,7 +75,7 @@ class Passage(NamedTuple):
             margin: gap below which a touch is possible [m].
             lip: length of a compliant lip at the tip of the cup, which touches nothing [m].
         """
-        return kernel.find_near(Bodies.of(objects), Passage(*in_order(*self)), gap, margin, lip)
+        return kernel.may_touch(Bodies.of(objects), Passage(*in_order(*self)), gap, margin, lip)
 
 
 def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats) -> Passage:
@@ -87,7 +87,7 @@ def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats
         since: time from the release (K,) [s].
     """
     turned = length(parting.rate)[:, None] * since
-    return kernel.predict(Parting(*in_order(*parting)), *in_order(*hand, since, np.cos(turned), np.sin(turned)))
+    return kernel.predict_passage(Parting(*in_order(*parting)), *in_order(*hand, since, np.cos(turned), np.sin(turned)))
 
 
 def follow_passage(motion: tuple[Floats, Floats, Floats], hand: tuple[Floats, Floats]) -> Passage:

@@ -58,7 +58,7 @@ def _reach(shape: int, extents: Floats, a: float, b: float, c: float) -> float:
 
 
 @kernel
-def predict(
+def predict_passage(
     parting: Parting,
     hand: Floats3,
     hand_velocity: Floats3,
@@ -105,7 +105,7 @@ def predict(
 
 
 @kernel
-def find_near(objects: Bodies, passage: Passage, gap: float, margin: float, lip: float) -> Bools2:
+def may_touch(objects: Bodies, passage: Passage, gap: float, margin: float, lip: float) -> Bools2:
     """Moments (N, K) at which cups may touch objects, as `clearance.Passage.may_touch` says."""
     count, moments, _ = passage.centre.shape
     near = np.empty((count, moments), np.bool_)

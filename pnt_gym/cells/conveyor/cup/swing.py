@@ -103,12 +103,15 @@ def swing_objects(
     against_air = motion.velocity.copy()
     against_air[..., :2] -= context.drift.draught[:, None]
     # Accelerations and velocities in the axes in which the objects hang at rest.
-    moves = [turn_back(vector, cosine[:, None], sine[:, None]) for vector in (motion.acceleration, against_air)]
+    moves = np.concatenate([motion.acceleration, against_air], axis=1)
+    moves = turn_back(moves, cosine[:, None], sine[:, None]).reshape(count, 2, steps, 3)
     state, attitudes = np.zeros((count, STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
     state[:, 3] = 1.0
     pivot = Pivot.zeros(count, arm=context.arm, stiffness=spring.stiffness, damping=spring.damping)
     lips = Hanging(body_constants(context), pivot, config.mismatch)
-    freefall.swing_down(state, lips, np.concatenate(moves, axis=2), release, config.timestep, stride, attitudes)
+    freefall.swing_down(
+        state, lips, np.concatenate([moves[:, 0], moves[:, 1]], axis=2), release, config.timestep, stride, attitudes
+    )
     swing, floor = Swing(*in_order(attitudes, motion.position, release), stride), config.belt.height - CONTACT_DEPTH
     arm, middle = in_order(context.arm, _middle(o))
     unsure = cup_kernel.find_solid(Bodies.of(o), arm, middle, swing, LIP_LENGTH, floor)

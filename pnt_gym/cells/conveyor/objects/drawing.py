@@ -101,7 +101,7 @@ class ObjectMaker:
         # An object cannot be free before the valve's command, whatever the jitter.
         made["delay"] = np.maximum(config.mismatch * delay + made["jitter"], 0.0)
         spin = made["spin"].copy()
-        _add_spins(Objects(made, side_draws.fill), made["grasp"], time_constant(seal, config.suction), spin, config)
+        write_spins(Objects(made, side_draws.fill), made["grasp"], time_constant(seal, config.suction), spin, config)
         made["spin"] = spin
         return Objects(rows, side_draws.fill)
 
@@ -147,7 +147,7 @@ def time_constant(seal: Floats, suction: Suction) -> Floats:
     return suction.tau / (1.0 + suction.leak * leak)
 
 
-def _add_spins(objects: Objects, grasp: Floats, tau: Floats, spin: Floats, config: ConveyorConfig) -> None:
+def write_spins(objects: Objects, grasp: Floats, tau: Floats, spin: Floats, config: ConveyorConfig) -> None:
     """Write the spins of N objects at release (N, 3) [rad/s], in place: of the peeling lip and of blown air.
 
     Args:
@@ -177,7 +177,7 @@ def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal:
 
     def of(place: Floats, force: Floats) -> Floats:
         spin = random_spin(np.zeros_like(objects.spin), config.spread.spin_per_offset * place)
-        _add_spins(objects, place, time_constant(force, config.suction), spin, config)
+        write_spins(objects, place, time_constant(force, config.suction), spin, config)
         return spin
 
     return objects.spin + (of(grasp, objects.seal if seal is None else seal) - of(objects.grasp, objects.seal))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.body_kernel import extents_of_lying, inertia_of_extents
+from pnt_gym.cells.base.body_kernel import lying_extents, solid_shell_inertia
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects
@@ -142,8 +142,8 @@ def blow_impulse(mass: float, x: float, y: float, speed: float) -> tuple[float, 
 def _spin(leaving: Any, x: float, y: float, gyration: Floats) -> tuple[float, float, float]:
     """Spin of a free object about x, y, z [rad/s], from an angular impulse about the world's x and y [N m s]."""
     cos, sin = leaving.cosine, leaving.sine
-    length, width, height = extents_of_lying(leaving.shape == CYLINDER, leaving.size)
-    inertia_x, inertia_y, _ = inertia_of_extents(gyration[leaving.shape] * leaving.mass, length, width, height)
+    length, width, height = lying_extents(leaving.shape == CYLINDER, leaving.size)
+    inertia_x, inertia_y, _ = solid_shell_inertia(gyration[leaving.shape] * leaving.mass, length, width, height)
     # The inertia is diagonal only in the object's axes: there the impulse becomes a spin, which is turned back.
     about_x = (cos * x + sin * y) / inertia_x
     about_y = (cos * y - sin * x) / inertia_y
@@ -173,7 +173,7 @@ def write_spins(
 
 
 @kernel
-def find_inside(objects: Rows1[Objects], place: Floats2) -> Floats1:
+def inside_outline(objects: Rows1[Objects], place: Floats2) -> Floats1:
     """Distances (N,) [m] of points (N, 2) from outlines, as `hold.inside_outline` says."""
     inside = np.empty(len(place))
     for row in range(len(inside)):
