@@ -16,7 +16,7 @@ from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from pnt_gym.cells.base.config import LevelConfig
-from pnt_gym.cells.base.items import SHAPES, Item, Shape
+from pnt_gym.cells.base.items import SHAPES, Item
 from pnt_gym.errors import one_sentence
 from pnt_gym.names import BRIEF, list_names, unknown_name, unknown_names
 from pnt_gym.reading import yaml_of
@@ -50,14 +50,15 @@ OF_ITEM: Final = ("com_depth", "pick_chance", "surface")
 """Keys with one default for all shapes, on which the throws depend too."""
 
 
-def _typical(shape: Shape) -> dict[str, Any]:
-    """Defaults of a shape: for each key the median of the catalogue's seen waste of this shape."""
-    items = [item for item in _GROUPS["seen"] if item.shape == shape]
-    return {key: median_low([getattr(item, key) for item in items]) for key in BY_SHAPE}
-
-
-TYPICAL: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType({shape: _typical(shape) for shape in SHAPES})
-"""Defaults of the keys `BY_SHAPE`, by shape."""
+TYPICAL: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
+    {
+        shape: {
+            key: median_low([getattr(item, key) for item in _GROUPS["seen"] if item.shape == shape]) for key in BY_SHAPE
+        }
+        for shape in SHAPES
+    }
+)
+"""Defaults of the keys `BY_SHAPE`, by shape: medians of the catalogue's seen waste of this shape."""
 
 
 def complete_item(entry: Mapping[str, Any]) -> dict[str, Any]:

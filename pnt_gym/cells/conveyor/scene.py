@@ -101,7 +101,8 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
     add_cup(spec, config.lip_length)
     _add_object_and_bins(spec, config)
     _add_grip(spec, config)
-    _add_object_sensors(spec)
+    add_motion_sensors(spec)
+    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object")
     # Add the sensors of the hand, in the order and widths of `SENSORS`.
     add_place_sensor(spec, robot.tcp)
     add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object", "cup")
@@ -138,7 +139,8 @@ def build_free_scene(config: ConveyorConfig) -> Surroundings:
     """Compile the cell without its robot."""
     spec = _empty_stage(config)
     _add_object_and_bins(spec, config)
-    _add_object_sensors(spec)
+    add_motion_sensors(spec)
+    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object")
     return Surroundings(**_ids(spec.compile(), config))
 
 
@@ -299,9 +301,3 @@ def add_bins(spec: MjSpec, config: ConveyorConfig) -> None:
                 rgba=BIN_RGBA[index % len(BIN_RGBA)],
                 solref=SURROUNDINGS_SOLREF,
             )
-
-
-def _add_object_sensors(spec: MjSpec) -> None:
-    """Add the sensors of the object, in the order and widths of `SENSORS`."""
-    add_motion_sensors(spec)
-    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object")

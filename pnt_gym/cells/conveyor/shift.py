@@ -49,7 +49,15 @@ class DriftSchedule:
     def draw(cls, generators: list[np.random.Generator], config: ConveyorConfig) -> Self:
         """Draw new shifts, one shift per generator; the generators do not advance."""
         picks = config.picks_per_shift
-        columns = [_draw_columns(generator, picks, config) for generator in generators]
+        drift, columns = config.drift, list[tuple[Floats, ...]]()
+        for generator in generators:
+            with move_aside(generator, Purpose.SHIFT):
+                random = np.random.default_rng(generator.integers(2**63, size=4))
+            # Paths of the parts, in the order in which they are drawn.
+            parts = drift.delay, drift.encoder, drift.camera, drift.camera, drift.draught, drift.draught
+            paths = config.mismatch * np.stack([p.path(random, picks, drift.steps_every) for p in parts], axis=-1)
+            levels = paths[:, 0], paths[:, 2:4], paths[:, 1], paths[:, 4:6]
+            columns.append((*levels, random.standard_normal((picks, 2)), random.random(picks)))
         fields = [np.stack(values) for values in zip(*columns, strict=True)]
         return cls(*fields, at=np.zeros(len(generators), dtype=np.int64))
 
@@ -69,20 +77,6 @@ class DriftSchedule:
     def advance(self) -> Self:
         """The shifts after one more throw."""
         return replace(self, at=self.at + 1)
-
-
-def _draw_columns(generator: np.random.Generator, picks: int, config: ConveyorConfig) -> tuple[Floats, ...]:
-    """Draw the columns of one shift aside."""
-    with move_aside(generator, Purpose.SHIFT):
-        seed = generator.integers(2**63, size=4)
-    random, drift, m = np.random.default_rng(seed), config.drift, config.mismatch
-
-    def level(*sections: Any) -> Floats:
-        return m * np.stack([section.path(random, picks, drift.steps_every) for section in sections], axis=-1)
-
-    delay, encoder = level(drift.delay)[:, 0], level(drift.encoder)[:, 0]
-    camera, draught = level(drift.camera, drift.camera), level(drift.draught, drift.draught)
-    return delay, camera, encoder, draught, random.standard_normal((picks, 2)), random.random(picks)
 
 
 class SteadyCells:

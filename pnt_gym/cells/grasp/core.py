@@ -18,12 +18,12 @@ from pnt_gym.cells.base.request import NO_REQUEST, Request
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.hold import picked
+from pnt_gym.cells.conveyor.cup.hold import inside_outline, picked
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.action import MODE, Wishes, names_of, read_actions
 from pnt_gym.cells.grasp.attempts import Attempts, Grasper
 from pnt_gym.cells.grasp.config import GraspConfig
-from pnt_gym.cells.grasp.groups import GroupPicks, chosen_members
+from pnt_gym.cells.grasp.groups import GroupPicks
 from pnt_gym.cells.grasp.observation import SPACE, GraspSight, encode
 from pnt_gym.cells.grasp.pictures import PictureMaker
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
@@ -145,8 +145,13 @@ class GraspCore:
             self.cell.ride(again, retry)
         source, picks, asked = self.cell.source, take_rows(self.picks, rows, self.count), place[rows]
         if isinstance(source, GroupPicks):
-            # The objects that the cups grasp, and the places on these.
-            chosen, asked = chosen_members(take(source.groups, rows), asked)
+            # A cup grasps the object in whose outline it lies deepest, or to whose outline it is nearest.
+            groups = take(source.groups, rows)
+            offset = groups.pick[..., :2] - groups.pick[:, :1, :2]
+            members = range(offset.shape[1])
+            inside = [inside_outline(take(groups.objects, np.s_[:, k]), asked - offset[:, k]) for k in members]
+            chosen = np.argmax(inside, axis=0)
+            asked = asked - offset[np.arange(len(rows)), chosen]
             picks = self._ridden(take(source.groups, (rows, chosen)), picks.spent)
         before = take_rows(self.attempts, rows, self.count)
         self.picks = put_rows(self.picks, rows, picks, self.count)

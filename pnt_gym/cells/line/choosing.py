@@ -105,7 +105,8 @@ class Chooser:
             if lines.size > 0:
                 # The cubes of short throws become their roots.
                 short["top"], short["peak"] = np.cbrt(short["top"]), np.cbrt(short["peak"])
-                lines = simulate.choose_after_roots(*arrays, lines, seen, planned, short)
+                plan.finish_short_throws(self.tables, short, planned)
+                lines = choose.write_choices(*arrays, lines, seen, planned)
 
     def plan_choices(self, robot: Ints, stream: Stream, choices: Rows1[Choice]) -> Context:
         """Picks and throws of choices (N,) of robots (N,), one in each line; arbitrary where not real.

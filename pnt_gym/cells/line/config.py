@@ -157,10 +157,7 @@ class LineConfig(LevelConfig):
                 f"belt that runs {self.cell.belt.speed:g} m/s takes {self.objects:.3g} objects; at most "
                 f"{MOST_OBJECTS} are drawn: shorten the shift, or move the robots closer together"
             )
-        yield from self._window_problems()
-        yield from self._robot_name_problems()
-        yield from self._filling_problems()
-        yield from self._down_problems()
+        yield from self._robot_problems()
         yield from self.cell.strangers("value.of", self.value.of)
         yield from self.cell.strangers("cost.per_tonne", self.cost.per_tonne)
         yield from self._skill_problems()
@@ -206,20 +203,17 @@ class LineConfig(LevelConfig):
         if cell.drift.moves:
             yield "cell.drift is not zero; a line has no drift: leave cell.drift out"
 
-    def _robot_name_problems(self) -> Iterator[str]:
+    def _robot_problems(self) -> Iterator[str]:
+        """What is wrong with the robots beside each other: names, bins that fill, windows and standstills."""
         names = [robot.name for robot in self.robots]
         if len(set(names)) != len(names):
             yield f"robots are called {names}; the names must differ from one another"
-
-    def _filling_problems(self) -> Iterator[str]:
         counts = [len(robot.bins or self.cell.bins.fixed) for robot in self.robots]
         if self.cell.bins.emptied is not None and len(set(counts)) > 1:
             yield (
                 f"cell.bins.emptied is {self.cell.bins.emptied}; robots with {counts} bins fill their bins "
                 "unequally: set cell.bins.emptied to null"
             )
-
-    def _window_problems(self) -> Iterator[str]:
         low, high = self.cell.belt.pick_x
         for before, robot in zip(self.robots, self.robots[1:], strict=False):
             if robot.x + low < before.x + high:
@@ -227,9 +221,6 @@ class LineConfig(LevelConfig):
                     f"robots {before.name!r} at x {before.x:g} m and {robot.name!r} at {robot.x:g} m have windows that "
                     f"overlap; each reaches from {low:g} to {high:g} m, upstream robots come first"
                 )
-
-    def _down_problems(self) -> Iterator[str]:
-        names = [robot.name for robot in self.robots]
         for down in self.down:
             if down.place(names) is None:
                 numbers = f", or a number from 1 to {len(names)}"

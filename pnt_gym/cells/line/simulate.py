@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from pnt_gym.cells.line.choose import landing_chance, write_choices
-from pnt_gym.cells.line.plan import fading_time, finish_short_throws, meet_candidates, plan_throws
+from pnt_gym.cells.line.plan import fading_time, meet_candidates, plan_throws
 from pnt_gym.cells.line.rows import (
     IDLE_TIME,
     NOBODY,
@@ -110,25 +110,6 @@ def next_decisions(
     none = lines[:0]
     seen, planned, short = _plan_options(tables, state, riders, none, np.empty((0, 2), dtype=np.int64))
     return False, none, seen, planned, short
-
-
-@kernel
-def choose_after_roots(
-    tables: Tables,
-    state: LineState,
-    riders: Rows2[Rider],
-    lines: Ints1,
-    seen: Rows2[Seen],
-    planned: Rows1[Choice],
-    short: Rows1[Short],
-) -> Ints1:
-    """Write choices among planned throws with short ones, of which NumPy has drawn the roots; see `next_decisions`.
-
-    Returns:
-        The lines that find no choice and look again.
-    """
-    finish_short_throws(tables, short, planned)
-    return write_choices(tables, state, riders, lines, seen, planned)
 
 
 @kernel_part

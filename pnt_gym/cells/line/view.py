@@ -116,10 +116,17 @@ class LineView(View):
         x = stream.x[0] + ride + stream.objects.grasp[0, :, 0]
         objects_index = np.flatnonzero(np.isfinite(ride_times) & (x >= low) & (x <= high))
         objects = take(stream.objects, (0, objects_index))
-        y, high = objects.draws.lane_y + objects.grasp[:, 1], lying_size(objects.shape, objects.size)[:, 2]
-        places = np.stack([x[objects_index], y, belt.height + high / 2], axis=1)
+        y, tall = objects.draws.lane_y + objects.grasp[:, 1], lying_size(objects.shape, objects.size)[:, 2]
+        places = np.stack([x[objects_index], y, belt.height + tall / 2], axis=1)
         riding = object_markers(objects, places, yaw_attitude(objects.yaw))
-        markers = [*self._slats(time), *riding, *self._object_markers(time), *self._trails(time)]
+        # Slats mark how the belt moves.
+        size = np.array([0.004, (belt.y[1] - belt.y[0]) / 2, 0.0006])
+        kind, middle = int(mujoco.mjtGeom.mjGEOM_BOX.value), sum(belt.y) / 2
+        slats = [
+            Marker(kind, size, np.array([slat, middle, belt.height]), np.eye(3).ravel(), _SLAT)
+            for slat in np.arange(low + belt.speed * time % SLATS, high, SLATS)
+        ]
+        markers = [*slats, *riding, *self._object_markers(time), *self._trails(time)]
         return self._scene.model, self._scene.data, markers
 
     def _object_markers(self, time: float) -> list[Marker]:
@@ -147,14 +154,3 @@ class LineView(View):
     def _places(self) -> Floats:
         """Where the robots stand along the belt in the picture (R,) [m]."""
         return self._cell.config.robot_x() - self._origin
-
-    def _slats(self, time: float) -> list[Marker]:
-        """Marks that move with the belt."""
-        belt, (low, high) = self._cell.config.cell.belt, self._scene.belt
-        first = low + belt.speed * time % SLATS
-        size = np.array([0.004, (belt.y[1] - belt.y[0]) / 2, 0.0006])
-        kind, middle = int(mujoco.mjtGeom.mjGEOM_BOX.value), sum(belt.y) / 2
-        return [
-            Marker(kind, size, np.array([x, middle, belt.height]), np.eye(3).ravel(), _SLAT)
-            for x in np.arange(first, high, SLATS)
-        ]

@@ -65,7 +65,15 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, load.radius + hidden.radius, context.lying)
         control = self._controls(motion, load, clock, part, int(steps.max()))
         if (row := self.record_row) is not None:
-            self._keep(control[row, : steps[row]], plans.u[row], int(part[row]), context.goal[row])
+            angle, speed, reach, time = plans.u[row]
+            angle = angle + np.arcsin(self.scene.parts[int(part[row])].half_height / reach)
+            start = reach * np.array([np.cos(angle), 0.0, np.sin(angle)])
+            velocity = speed * reach * np.array([-np.sin(angle), 0.0, np.cos(angle)])
+            target, body = (
+                np.array([context.goal[row][0], 0.0, context.goal[row][1]]),
+                int(self.scene.bodies[part[row]]),
+            )
+            self.record_throw(body, control[row, : steps[row]], (start, velocity, time), target)
         record = roll_out(self.batch, control, steps, ("qpos", "qvel", "sensordata"))
         scene, rows = self.scene, np.arange(len(part))
         first = scene.first_qpos[part][:, None] + np.arange(3)
@@ -139,14 +147,6 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         # A sensor measures at the beginning of its step, the recorded pose is from the end.
         touch[:, :-1] = in_contact[:, 1:] & (distance[:, 1:] < TOUCH_DISTANCE)
         return touch, np.asarray(in_contact.any(axis=2))
-
-    def _keep(self, control: Floats, u: Floats, part: int, goal: Floats) -> None:
-        angle, speed, reach, time = u
-        angle = angle + np.arcsin(self.scene.parts[part].half_height / reach)
-        start = reach * np.array([np.cos(angle), 0.0, np.sin(angle)])
-        velocity = speed * reach * np.array([-np.sin(angle), 0.0, np.cos(angle)])
-        target = np.array([goal[0], 0.0, goal[1]])
-        self.record_throw(int(self.scene.bodies[part]), control, (start, velocity, time), target)
 
 
 def _loads(parts: tuple[Part, ...]) -> Load:

@@ -76,7 +76,22 @@ def build_scene(config: OneJointConfig, parts: Sequence[Part], pallets: Sequence
         # No two bodies can touch here; collision detection would take a tenth of the time.
         spec.option.disableflags = int(spec.option.disableflags) | int(mujoco.mjtDisableBit.mjDSBL_CONTACT.value)
     _add_stage(spec)
-    arm = add_one_joint(spec, config.arm.arm(), _drive(config), touches)
+    # Servo and true joint of the arm, with the mismatch.
+    m, errors = config.mismatch, config.errors
+    arm = add_one_joint(
+        spec,
+        config.arm.arm(),
+        (
+            Drive(
+                kp=config.servo.kp,
+                kv=config.servo.kv,
+                inertia_factor=1.0 + m * errors.inertia,
+                friction=config.arm.friction + m * errors.friction,
+                viscous=m * errors.viscous,
+            )
+        ),
+        touches,
+    )
     add_pallets(spec, pallets)
     grips = [_add_part(spec, arm, part, config, touches) for part in parts]
     _add_sensors(spec, parts, pallets)
@@ -110,18 +125,6 @@ def contact_columns(scene: Scene, part: int) -> tuple[Ints, Ints]:
 
 def _ids(values: Iterable[int]) -> Ints:
     return np.array(list(values), dtype=np.int64)
-
-
-def _drive(config: OneJointConfig) -> Drive:
-    """Servo and true joint of the arm, with the mismatch."""
-    m, errors = config.mismatch, config.errors
-    return Drive(
-        kp=config.servo.kp,
-        kv=config.servo.kv,
-        inertia_factor=1.0 + m * errors.inertia,
-        friction=config.arm.friction + m * errors.friction,
-        viscous=m * errors.viscous,
-    )
 
 
 def _add_part(

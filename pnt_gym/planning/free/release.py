@@ -93,22 +93,19 @@ def free_releases(
     chosen, cost = np.zeros((3, count)), np.full(count, np.inf)
     for begin in range(0, count, CHUNK):
         part = np.arange(begin, min(begin + CHUNK, count))
-        chosen[:, part], cost[part] = _refine(take(frame, part), take(rows, part), roof[part], rules)
+        given = take(frame, part), take(rows, part), roof[part], rules
+        # The best of coarse choices each, and then of finer ones around these.
+        around: list[Floats] = []
+        for coarse in COARSE:
+            first, _ = _best_choice(*given, np.repeat(coarse[:, None], len(part), axis=1))
+            around.append(first[:, :, None] + FINE[:, None])
+        fine = np.concatenate(around, axis=2)
+        fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])
+        chosen[:, part], cost[part] = _best_choice(*given, fine)
     position, velocity, flight = _release(frame, rows.velocity, chosen, roof)
     feasible = np.isfinite(cost) & (frame.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
     gap = np.where(feasible, 0.0, np.nan)
     return FreeReleases(position + gap[:, None], velocity + gap[:, None], flight + gap, feasible)
-
-
-def _refine(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules) -> tuple[Floats, Floats]:
-    """Quickest choice of each row (3, N) and its estimated time (N,) [s]."""
-    around: list[Floats] = []
-    for coarse in COARSE:
-        first, _ = _best_choice(frame, limits, roof, rules, np.repeat(coarse[:, None], len(frame.picks), axis=1))
-        around.append(first[:, :, None] + FINE[:, None])
-    fine = np.concatenate(around, axis=2)
-    fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])
-    return _best_choice(frame, limits, roof, rules, fine)
 
 
 def _best_choice(

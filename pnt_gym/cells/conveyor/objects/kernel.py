@@ -40,8 +40,8 @@ def draw_kind(draw: float, bounds: Floats, count: int) -> int:
 
 
 @kernel_part
-def _write_body(made: Any, z: Any, u: Any, factors: Any, item: Any, cell: Any) -> None:
-    """Write true extents, mass, drag, seal and depth of an object."""
+def _write_truth(made: Any, z: Any, u: Any, factors: Any, item: Any, cell: Any) -> None:
+    """Write true extents, mass, drag, seal and depth of an object, and how it lies."""
     for axis in range(3):
         # A cylinder keeps one diameter.
         factor = factors.size[2 if item.shape == CYLINDER and axis == 1 else axis]
@@ -55,11 +55,7 @@ def _write_body(made: Any, z: Any, u: Any, factors: Any, item: Any, cell: Any) -
     made.com_depth = share * made.size[2] + cell.mismatch * cell.height * z.height
     # At mismatch 0 the planner throws the centre of mass, from mismatch 1 on the tip of the cup.
     made.known_depth = max(1.0 - cell.mismatch, 0.0) * made.com_depth
-
-
-@kernel_part
-def _write_place(made: Any, z: Any, u: Any, cell: Any) -> None:
-    """Write how an object lies on the belt and under the cup, and its random spin."""
+    # How the object lies on the belt and under the cup, and its random spin.
     mismatch, draws = cell.mismatch, made.draws
     made.yaw = cell.yaw * (2.0 * u.yaw - 1.0)
     for axis in range(2):
@@ -96,8 +92,7 @@ def draw_objects(draws: StandardDraws, mix: ItemMix, objects: Rows1[Objects]) ->
         made.solref[0], made.solref[1] = item.solref[0], item.solref[1]
         made.cup_friction, made.pick_chance = item.cup_friction, item.pick_chance
         made.cup_radius = item.cup_radius if cell.fitted else CUP_RADIUS
-        _write_body(made, z, u, factors, item, cell)
-        _write_place(made, z, u, cell)
+        _write_truth(made, z, u, factors, item, cell)
         # The measurements: the height is measured without noise, by the cup.
         measured = made.measured
         measured.shape = made.shape
