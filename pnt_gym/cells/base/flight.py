@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, in_order
-from pnt_gym.cells.base import flight_kernel
+from pnt_gym.cells.base import recorded
 from pnt_gym.cells.base.sorting import SortingReward
 from pnt_gym.rows import Bools1, Bools2, Floats2, Floats3, Ints1
 
@@ -90,7 +90,7 @@ class ObjectFlight(NamedTuple):
         The flight of an object that first touches a rim, a wall or the belt is continued ballistically from that
         moment, so the landing measures the throw and not the bin.
         """
-        return flight_kernel.touchdown(ObjectFlight(*in_order(*self)), *in_order(plane_z))
+        return recorded.touchdown(ObjectFlight(*in_order(*self)), *in_order(plane_z))
 
 
 @final
@@ -117,7 +117,7 @@ class Touchdown(NamedTuple):
             rim: height of the rim (N,) [m].
             bottom: height of the inner bottom (N,) [m]; an object on the bottom may lie lower by up to `CONTACT_DEPTH`.
         """
-        return flight_kernel.lies_in(Touchdown(*in_order(*self)), *in_order(centre, opening, rim, bottom))
+        return recorded.lies_in(Touchdown(*in_order(*self)), *in_order(centre, opening, rim, bottom))
 
     def landing_fields(self, target: Floats, opening: Floats, depth: float | Floats, along: Floats) -> dict[str, Any]:
         """Fields of `Landed` that follow from the flights, by name: all except error, cycle time and torque.

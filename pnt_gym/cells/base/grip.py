@@ -14,7 +14,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, in_order
-from pnt_gym.cells.base import loads
+from pnt_gym.cells.base import recorded
 from pnt_gym.constants import GRAVITY
 from pnt_gym.rows import Floats1
 
@@ -70,7 +70,7 @@ class Hold(NamedTuple):
         Returns:
             The margins, and the indices of the first accelerations with a margin below 1; -1 where there is none.
         """
-        return loads.smallest_margin(Hold(*in_order(*self)), *in_order(accelerations, counts), scale)
+        return recorded.smallest_margin(Hold(*in_order(*self)), *in_order(accelerations, counts), scale)
 
     def least_margin(self, acceleration: Floats) -> Floats:
         """The margin (N,) under an acceleration (N,) [m/s2] in the worst direction; the inverse of `acceleration`."""

@@ -18,7 +18,7 @@ from typing import final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, compute_by_mask, concatenate_records, in_order, length, recompute_rows, take
-from pnt_gym.cells.base import flight_kernel, loads
+from pnt_gym.cells.base import recorded
 from pnt_gym.cells.base.flight import ObjectFlight, Touchdown
 from pnt_gym.cells.base.parallel import call_in_threads, split_rows
 from pnt_gym.cells.base.plant import TOUCH_DISTANCE, Plant, roll_out, simulation_ids, touching
@@ -190,7 +190,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         attitude = fallen.attitude[:, :: clock.stride]
         unsure = clock.may_meet(context, (position, velocity, attitude), clear, fallen.steps)
         records, cup = in_order(robot_record["sensordata"], fallen.sensors), SENSORS["cup_contact"].start
-        flight = flight_kernel.join_flights(*records, clear, fallen.steps, clock.release, cup, TOUCH_DISTANCE)
+        flight = recorded.join_flights(*records, clear, fallen.steps, clock.release, cup, TOUCH_DISTANCE)
         effort = self._effort(robot_record, clear, clock.step).then(self._effort_of_plan(clock, clear))
         astray = _tracking_error(robot_record["sensordata"], clock)
         flown = SimulatedThrows(flight.touchdown(context.target[:, 2]), astray, effort, clock.grips)
@@ -242,7 +242,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
     def _effort(self, record: dict[str, Floats], end: Ints, step: float) -> Effort:
         """Effort of the motors in recorded fields (N, M, columns), up to a step of each (N,)."""
         torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., self._motors]
-        return Effort(*loads.loads_of_steps(*in_order(torque, speed, end), step))
+        return Effort(*recorded.loads_of_steps(*in_order(torque, speed, end), step))
 
     def _effort_of_plan(self, clock: ThrowClock, clear: Ints) -> Effort:
         """Effort of the motors in the planned motions from a step of each on (N,), without the object's mass."""
@@ -251,7 +251,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
         knots = joint_knots(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
         planned = in_order(knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0), steps * clock.step)
-        return Effort(*loads.loads_between(*planned))
+        return Effort(*recorded.loads_between(*planned))
 
     def _references(self, rows: Ints, context: Context, clock: ThrowClock, steps: int) -> Floats:
         """Controls (N, steps, nu + neq) of some rows: motors, spin and grip, every other equality active."""

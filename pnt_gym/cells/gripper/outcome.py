@@ -8,7 +8,7 @@ from typing import Final, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, in_order
-from pnt_gym.cells.base import loads
+from pnt_gym.cells.base import recorded
 from pnt_gym.cells.base.flight import Landed, ObjectFlight
 from pnt_gym.cells.base.plant import touching
 from pnt_gym.cells.gripper.config import GripperConfig
@@ -42,7 +42,7 @@ class RecordedThrows:
     peak_torque: Floats
     """Largest motor torque (N,) [N m]."""
     energy: Floats
-    """Positive mechanical work of the motors in the simulated throw (N,) [J], see `cells.base.loads`."""
+    """Positive mechanical work of the motors in the simulated throw (N,) [J], see `cells.base.recorded`."""
 
     @classmethod
     def of(cls, sensordata: Floats, speed: Floats, plans: TossPlans, last_step: Ints, step: float) -> Self:
@@ -90,7 +90,7 @@ class RecordedThrows:
             lifted=position[rows, open_step, 2] - position[rows, 0, 2],
             slip=np.hypot(*(relative_position[rows, open_step] - relative_position[rows, off_table_step])[:, [0, 2]].T),
             peak_torque=np.abs(torque).max(axis=(1, 2)),
-            energy=loads.loads_of_steps(*in_order(torque, speed, last_step + 1), step)[1],
+            energy=recorded.loads_of_steps(*in_order(torque, speed, last_step + 1), step)[1],
         )
 
 

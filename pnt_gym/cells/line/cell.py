@@ -141,10 +141,6 @@ class LineCell:
         if self.watched is None:
             self.watched = CycleHistory(self.state.arms["hand"][0].copy(), float(self.state.clock[0]))
 
-    def unwatch(self) -> None:
-        """Stop recording cycles."""
-        self.throws.watched, self.watched = False, None
-
     @property
     def acts(self) -> CycleHistory:
         """Recorded cycles of the first line's robots.

@@ -93,7 +93,7 @@ class LineView(View):
     def close(self) -> None:
         """Free the renderer and stop recording cycles; safe to call twice."""
         self._canvas.close()
-        self._cell.unwatch()
+        self._cell.watched = None
 
     def scenes(self, fps: int = FPS) -> Iterator[Scene]:
         """Scenes of the frames since the previous decision; each scene is valid until the next one is drawn."""

@@ -19,7 +19,7 @@ from pnt_gym.cells.base.plant import TOUCH_DISTANCE, Plant, roll_out, step_count
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.flight import Flight
-from pnt_gym.cells.one_joint.measure import least_flight
+from pnt_gym.cells.one_joint.measure import MIN_CONTACT_FLIGHT, MIN_FRAMES
 from pnt_gym.cells.one_joint.parts import Part
 from pnt_gym.cells.one_joint.scene import TORQUE, Scene, build_scene, contact_columns
 from pnt_gym.cells.one_joint.tasks import job_of
@@ -59,7 +59,10 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         release = motion.duration + delay
         clock = Clock.releasing_at(release, step)
         settle = SETTLE if self.scene.pallets else 0.0
-        flight_limit = np.maximum(LATEST_FLIGHT * flight_time, least_flight(self.config))
+        # However short a planned flight is, its camera needs some frames.
+        in_contact = self.config.release == "contact"
+        least = MIN_CONTACT_FLIGHT if in_contact else MIN_FRAMES / self.config.camera.rate
+        flight_limit = np.maximum(LATEST_FLIGHT * flight_time, least)
         end = release + flight_limit + MARGIN + settle
         steps = step_counts(end - clock.start, step)
         self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, load.radius + hidden.radius, context.lying)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import in_order
-from pnt_gym.cells.base.loads import loads_between, loads_of_steps
 from pnt_gym.cells.base.plant import roll_out
+from pnt_gym.cells.base.recorded import loads_between, loads_of_steps
 from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.scene import SENSORS
 from pnt_gym.robots.t3kr.kinematics import closed_pose

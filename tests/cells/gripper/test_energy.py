@@ -4,8 +4,8 @@ import numpy as np
 
 from pnt_gym.arrays import in_order
 from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.base.loads import loads_of_steps
 from pnt_gym.cells.base.plant import roll_out
+from pnt_gym.cells.base.recorded import loads_of_steps
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.scene import SENSORS
