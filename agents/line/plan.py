@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from pnt_gym.cells.line.table_name import MADE
+from pnt_gym.cells.line.config import MADE_TABLES
 
 from ..ground import levels
 from ..ground.cli import option
@@ -57,7 +57,7 @@ class Arguments:
     """Write all plans to this file."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
     """Draw the line to scale, the fates of objects and the energy of all plans, and where each item lands."""
-    tables: Path = MADE
+    tables: Path = MADE_TABLES
     """Folder of the tables of chances that do not ship; other commands look for tables in the default folder."""
     threads: int = 2
     """Threads of the simulation."""

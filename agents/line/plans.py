@@ -12,9 +12,8 @@ from typing import Any, Literal
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
+from pnt_gym.cells.line.config import MADE_TABLES, MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.sections import Down, Robot
-from pnt_gym.cells.line.table_name import MADE
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import unknown_name
 
@@ -127,7 +126,7 @@ class Conditions:
     seed: int = 0
     throws: int = 1000
     """Throws to count for a table that does not exist yet."""
-    tables: Path = MADE
+    tables: Path = MADE_TABLES
     """Folder of such tables."""
     check: int = 4
     """Shifts that a chosen plan works in the full physics as well."""

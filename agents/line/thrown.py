@@ -12,9 +12,8 @@ from typing import Any, Final
 import numpy as np
 
 from pnt_gym.cells.line.cell import Decisions, LineCell
-from pnt_gym.cells.line.chances import Chances, digest, format_table, shipped_table
-from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.table_name import MADE
+from pnt_gym.cells.line.chances import Chances, format_table, shipped_table
+from pnt_gym.cells.line.config import MADE_TABLES, LineConfig
 from pnt_gym.cells.line.throws import SimulatedThrows
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
@@ -42,7 +41,7 @@ CHANCES: Final = ("kind", "percent", "distance", "hits", "picked")
 """Columns of throws that make a table of chances."""
 
 
-def place(config: LineConfig, release: str | None, folder: Path = MADE, controller: str | None = None) -> Path:
+def place(config: LineConfig, release: str | None, folder: Path = MADE_TABLES, controller: str | None = None) -> Path:
     """File of a line's table that a command makes.
 
     Args:
@@ -119,7 +118,7 @@ def calibrate(
         config = LineConfig.load(config, throws="full")
         batches = list(chosen_throws(config, controller, throws, seed, threads, release))
     columns = {name: np.concatenate([part[name] for part in batches]) for name in batches[0]}
-    head = {"digest": digest(config), "throws": len(columns["kind"]), "seed": seed, "versions": versions()}
+    head = {"digest": config.digest(), "throws": len(columns["kind"]), "seed": seed, "versions": versions()}
     head |= {} if release is None else {"release": release}
     head |= {} if controller is None else {"controller": controller}
     chances = Chances.from_throws(config.cell, **{name: columns[name] for name in CHANCES})

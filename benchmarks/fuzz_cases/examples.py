@@ -27,7 +27,7 @@ from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.line.chances import digest, format_table, required_table
+from pnt_gym.cells.line.chances import format_table, required_table
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.reading import json_of, yaml_text
@@ -106,7 +106,7 @@ def make_plan(folder: Path) -> None:
 def make_chances(folder: Path) -> None:
     """The table of chances of a line."""
     config = LineConfig.load("single")
-    (folder / "table.json").write_text(format_table(required_table(config), digest=digest(config)))
+    (folder / "table.json").write_text(format_table(required_table(config), digest=config.digest()))
     (folder / "line.yaml").write_text(yaml_text({**LINE, "chances": "table.json"}))
 
 

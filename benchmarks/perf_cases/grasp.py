@@ -18,7 +18,7 @@ from benchmarks.timing import Count, Options, Row, Timing
 from pnt_gym.arrays import Floats, take
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.config import CHANNELS, PIXELS, GraspConfig
-from pnt_gym.cells.grasp.images import clean_images, draw_images
+from pnt_gym.cells.grasp.images import draw_images
 from pnt_gym.cells.grasp.surfaces import IMAGE, draw_surfaces, object_keys, seal_at, surface_table
 
 OBJECTS, PLACES = 1000, 24
@@ -81,7 +81,7 @@ def grasp(options: Options) -> Iterator[Row]:
     yield Timing(("surfaces_per_s",), partial(draw_surfaces, table, objects), "1/s", count)
     yield Timing(("lips_per_s",), partial(seal_at, scenes.surfaces, objects, places), "1/s", count * PLACES)
     yield Timing(("noisy_images_per_s",), partial(draw_images, table, pairs, middles, keys), "1/s", count)
-    yield Timing(("clean_images_per_s",), partial(clean_images, table, pairs, middles), "1/s", count)
+    yield Timing(("clean_images_per_s",), partial(draw_images, table, pairs, middles), "1/s", count)
     yield Timing(("images_with_features_per_s",), partial(place_features, scenes.images, scenes.radius), "1/s", count)
     yield from picks_rows(options)
     columns = (getattr(scenes.surfaces, name) for name in ("count", "com", "body", "zones"))

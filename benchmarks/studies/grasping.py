@@ -24,7 +24,7 @@ from agents.judging.throws import Throws
 from agents.results.study import Amount, Figures, Settings
 from pnt_gym.arrays import concatenate_records, take
 from pnt_gym.cells.grasp.config import GraspConfig
-from pnt_gym.cells.grasp.images import clean_images
+from pnt_gym.cells.grasp.images import draw_images
 from pnt_gym.cells.grasp.surfaces import surface_table
 
 ENV: Final = "PnTGrasp-v0"
@@ -92,7 +92,7 @@ def camera(settings: Settings, amount: Amount) -> Figures:
     scenes, features = _scenes(settings["kinds"], amount)
     if not settings["is_noisy"]:
         middles, pairs = scenes.middle[:, None], take(scenes.objects, np.s_[:, None])
-        images = clean_images(surface_table(scenes.config.item_list()), pairs, middles)
+        images = draw_images(surface_table(scenes.config.item_list()), pairs, middles)
         features = place_features(images, scenes.radius)
     if settings["place"] != "network":
         return _figures(scenes, scenes.try_places(PLACES[settings["place"]](scenes, features)))

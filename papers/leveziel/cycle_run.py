@@ -118,7 +118,7 @@ def run_cycles(count: int, *, mismatch: float, share: float, seed: int = 0) -> C
     closing = way.phases["close"].start
     sensordata = record["sensordata"]
     speed = record["qvel"][:, closing:, plant.motors]
-    flown = RecordedThrows.from_sensors(sensordata[:, closing:], speed, plans, steps - closing - 1, config.timestep)
+    flown = RecordedThrows.of(sensordata[:, closing:], speed, plans, steps - closing - 1, config.timestep)
     contact = sensordata[..., SENSORS["pad_contact"]].reshape(*control.shape[:2], 2, 2)
     qpos, claws = record["qpos"], PROTOTYPE_BUILD.claws
     return Cycles(

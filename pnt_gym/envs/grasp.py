@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Level, describes_a_cell
-from pnt_gym.cells.grasp.action import MODE, place_of_pixel
+from pnt_gym.cells.grasp.action import MODE
 from pnt_gym.cells.grasp.config import PIXELS, GraspConfig
 from pnt_gym.cells.grasp.core import GraspCore
+from pnt_gym.cells.grasp.images import pixel_places
 from pnt_gym.cells.grasp.observation import TABLE
 from pnt_gym.envs.base import CoreEnv
 from pnt_gym.envs.vector import vector_form
@@ -131,9 +132,9 @@ class PnTGraspEnv(CoreEnv, observes=TABLE):
             ActionError: the pixel is outside of the picture, or farther from its middle than the cup goes.
         """
         in_picture = 0 <= row < PIXELS and 0 <= column < PIXELS
-        place: Floats = place_of_pixel(row, column, self.core.config) if in_picture else np.full(2, np.inf)
+        reach = self.core.config.grasp.reach
+        place: Floats = pixel_places()[row, column] / reach if in_picture else np.full(2, np.inf)
         if np.abs(place).max() > 1.0:
-            reach = self.core.config.grasp.reach
             raise ActionError(
                 f"pixel is ({row}, {column}); row and column must be from 0 to {PIXELS - 1}, and within {reach:g} m of "
                 "the picture's middle"

@@ -18,7 +18,7 @@ from agents.dispatchers.rules import IndexRule
 from agents.ground.environments import make_vector
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.line.cell import Decisions, LineCell
-from pnt_gym.cells.line.chances import Chances, digest, format_table
+from pnt_gym.cells.line.chances import Chances, format_table
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.observation import MIN_RATE
@@ -53,8 +53,8 @@ def chances(config: LineConfig, picked: tuple[float, ...] = PICKED) -> Chances:
 def with_table(level: dict[str, Any], folder: Path, picked: tuple[float, ...] = PICKED) -> dict[str, Any]:
     """The level with a table of its own in a folder."""
     config = LineConfig.load({**level, "throws": "flight"})
-    place = folder / f"{digest(config)}-{'-'.join(map(str, picked))}.json"
-    place.write_text(format_table(chances(config, picked), digest=digest(config)))
+    place = folder / f"{config.digest()}-{'-'.join(map(str, picked))}.json"
+    place.write_text(format_table(chances(config, picked), digest=config.digest()))
     return {**level, "chances": str(place)}
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.fluid import ModelFields, ModelObjects
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
@@ -23,38 +25,24 @@ def _semi_axes(shape: int, full: Floats) -> tuple[float, float, float]:
 
 
 @kernel_part
-def extents_of_lying(is_cylinder: bool, size: Floats) -> tuple[float, float, float]:
-    """Extents of a body as `fluid.lying_extents`."""
+def lying_extents(is_cylinder: bool, size: Floats) -> tuple[float, float, float]:
+    """Extents of a body as `fluid.lying_extents` has them."""
     mean = 0.5 * (size[1] + size[2])
     return (size[0], mean, mean) if is_cylinder else (size[0], size[1], size[2])
 
 
 @kernel_part
-def inertia_of_extents(share: float, length: float, width: float, height: float) -> tuple[float, float, float]:
+def solid_shell_inertia(share: float, length: float, width: float, height: float) -> tuple[float, float, float]:
     """Inertia of a body as `fluid.solid_shell_inertia`; `share` is its gyration times its mass."""
     x, y, z = 0.5 * length, 0.5 * width, 0.5 * height
     return share * (y * y + z * z), share * (x * x + z * z), share * (x * x + y * y)
 
 
 @kernel
-def fill_extents(shape: Ints1, size: Floats2, extents: Floats2) -> None:
-    """Fill the extents of bodies (N, 3) as `fluid.lying_extents`."""
-    for row in range(len(extents)):
-        extents[row, 0], extents[row, 1], extents[row, 2] = extents_of_lying(shape[row] == CYLINDER, size[row])
-
-
-@kernel
-def fill_inertia(shape: Ints1, mass: Floats1, size: Floats2, gyration: Floats1, inertia: Floats2) -> None:
-    """Fill the inertias of bodies (N, 3) as `fluid.solid_shell_inertia`; `gyration` is that of each shape."""
-    for row in range(len(inertia)):
-        share = gyration[shape[row]] * mass[row]
-        x, y, z = inertia_of_extents(share, size[row, 0], size[row, 1], size[row, 2])
-        inertia[row, 0], inertia[row, 1], inertia[row, 2] = x, y, z
-
-
-@kernel
-def fill_placement(shape: Ints1, full: Floats2, size: Floats2, quat: Floats2, rbound: Floats1, aabb: Floats2) -> None:
-    """Fill sizes, attitudes and bounds of geoms as `fluid.GeomPlacement`, all but the types."""
+def geom_placement(shape: Ints1, full: Floats2) -> tuple[Floats2, Floats2, Floats1, Floats2]:
+    """Sizes, attitudes and bounds of geoms as `fluid.GeomPlacement` has them, after the types."""
+    count = len(shape)
+    size, quat, rbound, aabb = np.empty((count, 3)), np.empty((count, 4)), np.empty(count), np.empty((count, 6))
     for row in range(len(size)):
         x, y, z = _semi_axes(shape[row], full[row])
         lies = shape[row] == CYLINDER
@@ -66,14 +54,7 @@ def fill_placement(shape: Ints1, full: Floats2, size: Floats2, quat: Floats2, rb
         rbound[row] = max(x, y, z) if shape[row] == ELLIPSOID else corner
         aabb[row, 0] = aabb[row, 1] = aabb[row, 2] = 0.0
         aabb[row, 3], aabb[row, 4], aabb[row, 5] = x, y, z
-
-
-@kernel
-def fill_squares(shape: Ints1, full: Floats2, squares: Floats2) -> None:
-    """Fill the squares of the semi-axes in the geom's frame (3, N) [m2]."""
-    for row in range(squares.shape[1]):
-        x, y, z = _semi_axes(shape[row], full[row])
-        squares[0, row], squares[1, row], squares[2, row] = x * x, y * y, z * z
+    return size, quat, rbound, aabb
 
 
 @kernel
@@ -103,8 +84,8 @@ def fill_added_mass(shape: Ints1, full: Floats2, squares: Floats2, integrals: Fl
 
 
 @kernel
-def write_bodies(rows: Ints1, body: int, geom: int, objects: ModelObjects, fields: ModelFields) -> None:
-    """Write N objects into the fields of some simulations (N,), as `alone.write_object`."""
+def write_object(rows: Ints1, body: int, geom: int, objects: ModelObjects, fields: ModelFields) -> None:
+    """Write N objects into the fields of some simulations (N,), as `fluid.write_object` says."""
     placement = objects.placement
     for n in range(len(rows)):
         row = rows[n]

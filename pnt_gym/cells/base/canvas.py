@@ -7,7 +7,6 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, Final, Self, final
 
 import numpy as np
@@ -94,12 +93,6 @@ class Marker:
         """Write this shape into one of MuJoCo's abstract geoms."""
         mujoco.mjv_initGeom(geom, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
 
-    def add_to(self, scene: Any) -> None:
-        """Add the shape to a scene, if the scene has room for another shape."""
-        if scene.ngeom < scene.maxgeom:
-            self.write(scene.geoms[scene.ngeom])
-            scene.ngeom += 1
-
 
 @final
 class Canvas:
@@ -134,7 +127,11 @@ class Canvas:
             renderer = self._open_renderer(model)
             renderer.update_scene(data, self.camera)
             for marker in markers:
-                marker.add_to(renderer.scene)
+                # Add the shape to a scene, if the scene has room for another shape.
+                scene = renderer.scene
+                if scene.ngeom < scene.maxgeom:
+                    marker.write(scene.geoms[scene.ngeom])
+                    scene.ngeom += 1
             with renderer._gl_context.as_current():  # current for this picture only: other threads draw, too
                 return renderer.render().copy()
 
@@ -229,21 +226,16 @@ def _new_renderer(model: MjModel, size: tuple[int, int]) -> Any:
     if not has_display() and os.environ.get("MUJOCO_GL", "glfw") == "glfw":
         raise ConfigError(_LIBRARIES)  # asking GLFW here would abort the process
     try:
-        return _make_with_idle_context(partial(mujoco.Renderer, model, *size))
+        # The OpenGL context of this thread stays as it was before, or without one.
+        spare_context = mujoco.GLContext(1, 1)
+        try:
+            # At its end MuJoCo restores the context from before, whichever is current by then.
+            with spare_context.as_current():
+                return mujoco.Renderer(model, *size)
+        finally:
+            spare_context.free()
     except Exception as error:
         raise ConfigError(f"{_LIBRARIES} ({type(error).__name__}: {error})") from None
-
-
-def _make_with_idle_context(make: Callable[[], Any]) -> Any:
-    """Return the result of `make`, and leave the OpenGL context of this thread as it was before, or without one."""
-    spare_context = mujoco.GLContext(1, 1)
-    try:
-        with (
-            spare_context.as_current()
-        ):  # at its end MuJoCo restores the context from before, whichever is current by then
-            return make()
-    finally:
-        spare_context.free()
 
 
 def _open_window(model: MjModel, data: MjData) -> Any:

@@ -16,7 +16,7 @@ from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from pnt_gym.cells.base.config import LevelConfig
-from pnt_gym.cells.base.items import SHAPES, Item, Shape
+from pnt_gym.cells.base.items import SHAPES, Item
 from pnt_gym.errors import one_sentence
 from pnt_gym.names import BRIEF, list_names, unknown_name, unknown_names
 from pnt_gym.reading import yaml_of
@@ -50,14 +50,15 @@ OF_ITEM: Final = ("com_depth", "pick_chance", "surface")
 """Keys with one default for all shapes, on which the throws depend too."""
 
 
-def _typical(shape: Shape) -> dict[str, Any]:
-    """Defaults of a shape: for each key the median of the catalogue's seen waste of this shape."""
-    items = [item for item in _GROUPS["seen"] if item.shape == shape]
-    return {key: median_low([getattr(item, key) for item in items]) for key in BY_SHAPE}
-
-
-TYPICAL: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType({shape: _typical(shape) for shape in SHAPES})
-"""Defaults of the keys `BY_SHAPE`, by shape."""
+TYPICAL: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
+    {
+        shape: {
+            key: median_low([getattr(item, key) for item in _GROUPS["seen"] if item.shape == shape]) for key in BY_SHAPE
+        }
+        for shape in SHAPES
+    }
+)
+"""Defaults of the keys `BY_SHAPE`, by shape: medians of the catalogue's seen waste of this shape."""
 
 
 def complete_item(entry: Mapping[str, Any]) -> dict[str, Any]:
@@ -93,17 +94,6 @@ def complete_item(entry: Mapping[str, Any]) -> dict[str, Any]:
     return {"assumed": tuple(assumed), **values, **given}
 
 
-def complete_items(value: object) -> object:
-    """Items of a level with every key; a value that is no list stays as it is.
-
-    Raises:
-        ValueError: an item is `like` no item of the catalogue.
-    """
-    entries = _entries(value)
-    completed = [complete_item(cast("dict[str, Any]", e)) if isinstance(e, dict) else e for e in entries]
-    return completed or value  # what is no list is refused by its form
-
-
 def _entries(value: object) -> Sequence[object]:
     """Entries of a list; none of anything else."""
     return cast("Sequence[object]", value) if isinstance(value, list | tuple) else ()
@@ -134,7 +124,10 @@ class ItemsConfig(LevelConfig):
     @classmethod
     def _complete_items(cls, value: object) -> object:
         """The items with the defaults of their shape, or the values of the item that they are `like`."""
-        return complete_items(value)
+        # Items of a level with every key; a value that is no list stays as it is.
+        entries = _entries(value)
+        completed = [complete_item(cast("dict[str, Any]", e)) if isinstance(e, dict) else e for e in entries]
+        return completed or value  # what is no list is refused by its form
 
     def problems(self) -> Iterator[str]:
         """A sentence for each problem of values that are possible alone, and not together; here in names of items."""

@@ -105,11 +105,6 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _is_open(kinds: Sequence[object]) -> bool:
-    """Whether a field of these types holds sections, which check their own values, or values of any type."""
-    return any(kind is Any or (isinstance(kind, type) and issubclass(kind, BaseModel)) for kind in kinds)
-
-
 class Section(BaseModel):
     """Abstract: part of a config; frozen, and an unknown key is an error."""
 
@@ -120,7 +115,7 @@ class Section(BaseModel):
     def _numbers_are_numbers(cls, value: object, info: ValidationInfo) -> object:
         """Refuse `true` instead of 1, and '1' in quotes, also in lists."""
         kinds = _types(cls.model_fields[str(info.field_name)].annotation)
-        is_open = _is_open(kinds)
+        is_open = any(kind is Any or (isinstance(kind, type) and issubclass(kind, BaseModel)) for kind in kinds)
         leaves = [value] if is_open else leaves_of(value)
         if bool not in kinds and any(isinstance(leaf, bool) for leaf in leaves):
             raise PydanticCustomError("truth", "input should be a number or a section, not true or false")

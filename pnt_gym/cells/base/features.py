@@ -96,7 +96,7 @@ class EntryTable:
         """Centre and scale of each entry (2, D)."""
 
     @classmethod
-    def of_rows(cls, kind: type[Row]) -> Self:
+    def of(cls, kind: type[Row]) -> Self:
         """The entries of rows whose fields are all scaled; each row is as many doubles in the order of the entries."""
         fields = [(name, field) for name, field in kind.fields.items() if isinstance(field, ScaledField)]
         return cls([entry for name, field in fields for entry in field.entries(name, kind.dtype[name].shape)])

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, in_order
-from pnt_gym.cells.base import flight_kernel
+from pnt_gym.cells.base import recorded
 from pnt_gym.cells.base.sorting import SortingReward
 from pnt_gym.rows import Bools1, Bools2, Floats2, Floats3, Ints1
 
@@ -90,10 +90,7 @@ class ObjectFlight(NamedTuple):
         The flight of an object that first touches a rim, a wall or the belt is continued ballistically from that
         moment, so the landing measures the throw and not the bin.
         """
-        count = len(self.position)
-        landing, recontact = np.empty((count, 2)), np.empty(count, dtype=np.bool_)
-        flight_kernel.find_landings(ObjectFlight(*in_order(*self)), *in_order(plane_z), landing, recontact)
-        return Touchdown(landing, *self.final(), recontact)
+        return recorded.touchdown(ObjectFlight(*in_order(*self)), *in_order(plane_z))
 
 
 @final
@@ -120,9 +117,7 @@ class Touchdown(NamedTuple):
             rim: height of the rim (N,) [m].
             bottom: height of the inner bottom (N,) [m]; an object on the bottom may lie lower by up to `CONTACT_DEPTH`.
         """
-        lies = np.empty(len(self.position), dtype=np.bool_)
-        flight_kernel.find_lying(Touchdown(*in_order(*self)), *in_order(centre, opening, rim, bottom), lies)
-        return lies
+        return recorded.lies_in(Touchdown(*in_order(*self)), *in_order(centre, opening, rim, bottom))
 
     def landing_fields(self, target: Floats, opening: Floats, depth: float | Floats, along: Floats) -> dict[str, Any]:
         """Fields of `Landed` that follow from the flights, by name: all except error, cycle time and torque.
@@ -133,13 +128,13 @@ class Touchdown(NamedTuple):
             depth: depth of the bins below the opening, one number or (N,) [m].
             along: horizontal unit vectors of the throws (N, 2+).
         """
-        errors, in_opening = np.empty((2, len(target))), np.empty(len(target), dtype=np.bool_)
-        flight_kernel.measure_landings(*in_order(self.landing, target, opening, along), errors, in_opening)
+        x, y = (self.landing - target[:, :2]).T
+        in_opening = (np.abs(x) <= opening[:, 0] / 2.0) & (np.abs(y) <= opening[:, 1] / 2.0)
         in_bin = self.lies_in(target[:, :2], opening, target[:, 2], target[:, 2] - depth)
         return {
             "landing": self.landing,
-            "landing_along": errors[0],
-            "landing_across": errors[1],
+            "landing_along": x * along[:, 0] + y * along[:, 1],
+            "landing_across": y * along[:, 0] - x * along[:, 1],
             "in_opening": in_opening,
             "in_bin": in_bin,
             "is_success": in_opening & in_bin,

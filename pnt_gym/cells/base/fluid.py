@@ -11,14 +11,14 @@ Every operation is elementwise: a row's result does not depend, to the last bit,
 # pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, NamedTuple, TypeAlias, cast, final
+from typing import Annotated, Any, Final, NamedTuple, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pnt_gym.arrays import ArraysT, Floats, Ints
+from pnt_gym.arrays import Floats, Ints, in_order, join_columns
 from pnt_gym.cells.base import body_kernel
-from pnt_gym.cells.base.items import SHAPES
+from pnt_gym.cells.base.items import CYLINDER, SHAPES
 from pnt_gym.errors import ConfigError
 from pnt_gym.rows import Floats1, Floats2, Floats3, Form
 
@@ -117,17 +117,10 @@ def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
     return lying_extents(index, full)
 
 
-def _writable(*arrays: *ArraysT) -> tuple[*ArraysT]:
-    """The arrays as compiled functions take them; columns of a catalogue are copied, because nobody overwrites them."""
-    columns: tuple[Any, ...] = arrays
-    return cast("tuple[*ArraysT]", tuple([np.require(column, requirements=("C", "W")) for column in columns]))
-
-
 def lying_extents(shape: Ints, size: Floats) -> Floats:
     """Extents of bodies as `lying_size`, for extents and shapes that need no check."""
-    extents = np.empty(size.shape)
-    body_kernel.fill_extents(*_writable(shape, size), extents)
-    return extents
+    is_round, mean = shape == CYLINDER, 0.5 * (size[:, 1] + size[:, 2])
+    return join_columns(size[:, 0], np.where(is_round, mean, size[:, 1]), np.where(is_round, mean, size[:, 2]))
 
 
 def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
@@ -140,10 +133,7 @@ def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
     Returns:
         Values for `geom_type`, `geom_size`, `geom_quat`, `geom_rbound` and `geom_aabb`.
     """
-    count = len(shape)
-    placed = np.empty((count, 3)), np.empty((count, 4)), np.empty(count), np.empty((count, 6))
-    body_kernel.fill_placement(*_writable(shape, size), *placed)
-    return GeomPlacement(_GEOM_TYPE[shape], *placed)
+    return GeomPlacement(_GEOM_TYPE[shape], *body_kernel.geom_placement(*in_order(shape, size)))
 
 
 def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
@@ -164,15 +154,14 @@ def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
     """
     from scipy.special import elliprd  # noqa: PLC0415  (heavy import)
 
-    coefficients, squares = np.empty((len(shape), 12)), np.empty((3, len(shape)))
+    # Squares of the semi-axes in the geom's frame (3, N), where a cylinder's length comes last [m2].
+    half = 0.5 * np.where((shape == CYLINDER)[:, None], size[:, [1, 2, 0]], size)
+    coefficients, squares = np.empty((len(shape), 12)), np.ascontiguousarray((half * half).T)
     coefficients[:, :6] = 1.0, np.nan, np.nan, _ANGULAR, _KUTTA, _MAGNUS
     coefficients[:, 1] = _BLUNT[shape] * drag
     coefficients[:, 2] = _SLENDER * coefficients[:, 1]
-    shape, size = _writable(shape, size)
-    body_kernel.fill_squares(shape, size, squares)
-    body_kernel.fill_added_mass(
-        shape, size, squares, elliprd(squares[[1, 2, 0]], squares[[2, 0, 1]], squares), coefficients
-    )
+    integrals = elliprd(squares[[1, 2, 0]], squares[[2, 0, 1]], squares)
+    body_kernel.fill_added_mass(*in_order(shape, size), squares, integrals, coefficients)
     return coefficients
 
 
@@ -188,6 +177,13 @@ def solid_shell_inertia(mass: Floats, size: Floats, shape: Ints) -> Floats:
         (N, 3) moments in kg m2 about the body's L, W and H axes through the centre of the extents:
         k m (b^2 + c^2) with the two other semi-axes b and c, k = 0.38, for an ellipsoid 0.27.
     """
-    inertia = np.empty((len(shape), 3))
-    body_kernel.fill_inertia(*_writable(shape, mass, size), GYRATION, inertia)
-    return inertia
+    share, (x, y, z) = GYRATION[shape] * mass, 0.5 * size.T
+    return join_columns(share * (y * y + z * z), share * (x * x + z * z), share * (x * x + y * y))
+
+
+def write_object(
+    batch: Any, rows: Ints, body: int, geom: int, mass: Floats, inertia: Floats, placement: GeomPlacement, fluid: Floats
+) -> None:
+    """Write mass (N,) [kg], inertia (N, 3) [kg m2], geom and `geom_fluid` (N, 12) of some simulations' free objects."""
+    objects = ModelObjects(*in_order(mass, inertia), GeomPlacement(*in_order(*placement)), *in_order(fluid))
+    body_kernel.write_object(rows, body, geom, objects, ModelFields(*map(batch.expand, MODEL_FIELDS)))

@@ -14,7 +14,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, in_order
-from pnt_gym.cells.base import load_kernel
+from pnt_gym.cells.base import recorded
 from pnt_gym.constants import GRAVITY
 from pnt_gym.rows import Floats1
 
@@ -70,10 +70,7 @@ class Hold(NamedTuple):
         Returns:
             The margins, and the indices of the first accelerations with a margin below 1; -1 where there is none.
         """
-        margin, lost_at = np.empty(len(counts)), np.empty(len(counts), dtype=np.int64)
-        hold, inputs = Hold(*in_order(*self)), in_order(accelerations, counts)
-        load_kernel.find_smallest_margins(hold, *inputs, scale, margin, lost_at)
-        return margin, lost_at
+        return recorded.smallest_margin(Hold(*in_order(*self)), *in_order(accelerations, counts), scale)
 
     def least_margin(self, acceleration: Floats) -> Floats:
         """The margin (N,) under an acceleration (N,) [m/s2] in the worst direction; the inverse of `acceleration`."""

@@ -46,19 +46,16 @@ def work_in_parts(
         threads: number of threads at most.
         calls: functions that work on something else at the same time, each as long as `LINES_OF_CALL` lines take.
     """
-    own, *others = [[partial(work, part)] if len(part) > 0 else [] for part in _split_lines(lines, threads, len(calls))]
+    # A part for each thread; the first thread, which has the calls, has fewer lines.
+    size = len(lines) + len(calls) * LINES_OF_CALL
+    count = max(min(threads, size // LEAST_LINES), 1) - 1
+    first = round(size / (count + 1)) - len(calls) * LINES_OF_CALL if count > 0 else len(lines)
+    first = min(max(first, 0), len(lines))
+    ends = [first + (len(lines) - first) * k // max(count, 1) for k in range(count + 1)]
+    parts = [lines[begin:end] for begin, end in pairwise([0, *ends])]
+    own, *others = [[partial(work, part)] if len(part) > 0 else [] for part in parts]
     # This thread makes the calls, whose Python would keep this thread from the ends of its own parts.
     call_in_threads([*calls[:1], *chain(*others), *calls[1:], *own], threads)
-
-
-def _split_lines(lines: Ints, threads: int, calls: int) -> list[Ints]:
-    """A part of some lines for each thread; the first thread, which has some calls, has fewer lines."""
-    size = len(lines) + calls * LINES_OF_CALL
-    others = max(min(threads, size // LEAST_LINES), 1) - 1
-    own = round(size / (others + 1)) - calls * LINES_OF_CALL if others > 0 else len(lines)
-    own = min(max(own, 0), len(lines))
-    ends = [own + (len(lines) - own) * k // max(others, 1) for k in range(others + 1)]
-    return [lines[begin:end] for begin, end in pairwise([0, *ends])]
 
 
 def call_in_threads(calls: Sequence[Callable[[], ResultT]], threads: int | None = None) -> list[ResultT]:

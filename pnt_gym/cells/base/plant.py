@@ -160,7 +160,12 @@ def roll_out(
         PhysicsError: no such field is recorded; or the engine warned, or stopped a simulation.
     """
     simulations = np.arange(len(steps)) if ids is None else ids
-    record = {name: np.zeros((*control.shape[:2], _width(batch.model, name))) for name in names}
+    model, record = batch.model, dict[str, Floats]()
+    widths = {"sensordata": model.nsensordata, "qpos": model.nq, "qvel": model.nv, "actuator_force": model.nactuator}
+    for name in names:
+        if name not in widths:
+            raise PhysicsError(unknown_name("recorded field", name, widths))
+        record[name] = np.zeros((*control.shape[:2], int(widths[name])))
     order, ends = np.argsort(steps, kind="stable").tolist(), steps.tolist()
     batch.warning[:] = 0
     for first in range(0, len(order), batch.nthread):
@@ -187,18 +192,6 @@ def roll_out(
                     record[name][index, moments] = part[name]
     check_warnings(batch)
     return record
-
-
-def _width(model: MjModel, name: str) -> int:
-    """Columns of a recorded field.
-
-    Raises:
-        PhysicsError: no such field is recorded.
-    """
-    sizes = {"sensordata": model.nsensordata, "qpos": model.nq, "qvel": model.nv, "actuator_force": model.nactuator}
-    if name not in sizes:
-        raise PhysicsError(unknown_name("recorded field", name, sizes))
-    return int(sizes[name])
 
 
 def simulation_ids(batch: Any, rows: Ints) -> Ints | None:

@@ -44,7 +44,21 @@ def _problems(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> Iterat
     """A sentence about each unknown key, then about each missing key, then about each value that is not possible."""
     for problem in problems:
         if problem["type"] == "extra_forbidden":
-            yield f"unknown key {_unknown_key(problem['loc'], kind)}"
+            # An unknown key, with the key that was perhaps meant: one that is spelled alike, or that stands elsewhere.
+            place = problem["loc"]
+            key, section = str(place[-1]), _section_at(kind, place[:-1])
+            known = list(section.model_fields) if section else []
+            alike = closest_name(key, known)
+            hints = (
+                [_text((*place[:-1], alike))]
+                if alike
+                else [path for path in _paths(kind) if path.split(".")[-1] == key]
+            )
+            if len(hints) == 1:
+                further = f" (perhaps {hints[0]})"
+            else:
+                further = f"; known are {join_names([key], known, BRIEF)}" if known else ""
+            yield f"unknown key {one_sentence(repr(_text(place)), 80) + further}"
     for problem in problems:
         if _is_missing_key(problem):
             yield f"key {_text(problem['loc'])!r} is missing"
@@ -66,7 +80,9 @@ def _wrong_values(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> It
         place = problem["loc"]
         if problem["type"] == "extra_forbidden" or _is_missing_key(problem):
             continue
-        if problem["type"] == "too_short" and any(_is_within(place, other["loc"]) for other in problems):
+        if problem["type"] == "too_short" and any(
+            other["loc"][: len(place)] == place and other["loc"] != place for other in problems
+        ):
             continue  # pydantic does not count wrong values
         is_form = len(place) > 1 and _FORM.fullmatch(str(place[-1]))
         is_short = problem["type"] == "missing"  # a list of fixed length that ends too early
@@ -83,59 +99,32 @@ def _wrong_values(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> It
             yield f"{_text(place) or 'it'} is {value}: {message}"
 
 
-def _is_within(place: Place, part: Place) -> bool:
-    return part[: len(place)] == place and part != place
-
-
 def _message(problem: ErrorDetails, place: Place, kind: type[BaseModel]) -> str:
     if problem["type"] in ("model_type", "model_attributes_type", "dict_type"):
         section = _section_at(kind, place)
-        return f"input should be a section{'' if section is None else f', with {_first_keys(section)}'}"
+        if section is None:
+            return "input should be a section"
+        # Keys that make clear what a section is: those that are needed, or the first ones.
+        needed = [name for name, field in section.model_fields.items() if field.is_required()]
+        *before, last = (needed or list(section.model_fields))[:3]
+        return f"input should be a section, with {'keys ' + ', '.join(before) + ' and' if before else 'key'} {last}"
     if problem["type"] == "tuple_type":
         example = "" if problem["input"] is None else f", as in [{one_sentence(problem['input'], 40)}]"
         return f"input should be a list{example}"
-    unit = f" {_unit_at(kind, place)}" if problem["type"] in _BOUNDS else ""
+    keys = [index for index, part in enumerate(place) if isinstance(part, str)]
+    section = _section_at(kind, place[: keys[-1]]) if keys and problem["type"] in _BOUNDS else None
+    field = None if section is None else section.model_fields.get(str(place[keys[-1]]))
+    unit = ""
+    if field is not None:
+        # The unit of a number stands at the end of the description of its key.
+        extra, found = cast("dict[str, str] | None", field.json_schema_extra), _UNIT.search(field.description or "")
+        unit = f" {extra['unit'] if extra else found[1] if found else ''}"
     words = f"{problem['msg'][0].lower()}{problem['msg'][1:]}".removeprefix("tuple ").replace(" after validation", "")
     hint = ""
     if problem["type"] == "literal_error":
         meant = closest_name(problem["input"], re.findall(r"'([^']*)'", problem["msg"]))
         hint = "" if meant is None else f"; did you mean {meant!r}?"
     return f"{'input ' if problem['type'] in _LENGTHS else ''}{words}{unit}".rstrip() + hint
-
-
-def _unit_at(kind: type[BaseModel], place: Place) -> str:
-    """Unit of a number, from the end of the description of its key; empty where there is none."""
-    keys = [index for index, part in enumerate(place) if isinstance(part, str)]
-    section = _section_at(kind, place[: keys[-1]]) if keys else None
-    field = None if section is None else section.model_fields.get(str(place[keys[-1]]))
-    if field is None:
-        return ""
-    extra = cast("dict[str, str] | None", field.json_schema_extra)
-    unit = _UNIT.search(field.description or "")
-    return extra["unit"] if extra else unit[1] if unit else ""
-
-
-def _first_keys(section: type[BaseModel]) -> str:
-    """Keys that make clear what a section is: those that are needed, or the first ones."""
-    needed = [name for name, field in section.model_fields.items() if field.is_required()]
-    *before, last = (needed or list(section.model_fields))[:3]
-    return f"keys {', '.join(before)} and {last}" if before else f"key {last}"
-
-
-def _unknown_key(place: Place, kind: type[BaseModel]) -> str:
-    """An unknown key, with the key that was perhaps meant: one that is spelled alike, or that stands elsewhere.
-
-    A key that is like no other is followed by keys that there are.
-    """
-    key, section = str(place[-1]), _section_at(kind, place[:-1])
-    known = list(section.model_fields) if section else []
-    alike = closest_name(key, known)
-    hints = [_text((*place[:-1], alike))] if alike else [path for path in _paths(kind) if path.split(".")[-1] == key]
-    if len(hints) == 1:
-        further = f" (perhaps {hints[0]})"
-    else:
-        further = f"; known are {join_names([key], known, BRIEF)}" if known else ""
-    return one_sentence(repr(_text(place)), 80) + further
 
 
 def _sections_in(annotation: Any) -> Iterator[type[BaseModel]]:

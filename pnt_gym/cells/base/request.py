@@ -9,7 +9,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.errors import ConfigError, one_sentence
 from pnt_gym.names import unknown_name
@@ -40,9 +39,16 @@ def advance_to_request(cell: Cell[Any, Any, Any, Any], generators: Generators, r
     while (pending := np.flatnonzero(jumps < 0)).size > 0:
         draws = min(max(tried, FIRST_BATCH), max(LARGEST_BATCH // pending.size, 1), MOST_DRAWS - tried)
         if draws == 0:
-            raise _not_drawn_error(cell, request)
+            request_text = " and ".join(f"{option} {name!r}" for option, name in request.items())
+            lists = {option: one_sentence(", ".join(_names(cell, option)), 150) for option in request}
+            names_text = " and ".join(f"{option}s {names}" for option, names in lists.items())
+            sentence = f"{request_text} did not come in {MOST_DRAWS} draws of level {cell.config.name!r}"
+            raise ConfigError(f"{sentence}, which has {names_text}")
         scout = cell.scout([_jump_ahead(generators[row], tried + k) for row in pending for k in range(draws)])
-        fits = _fulfils(scout, request).reshape(-1, draws)
+        drawn = scout.first(np.arange(len(scout.generators)))
+        indices = {"item": drawn.kind, "target": scout.target_of(drawn)}
+        matches = [np.array(_names(scout, option))[indices[option]] == name for option, name in request.items()]
+        fits = np.all(matches, axis=0).reshape(-1, draws)
         fulfilled = fits.any(axis=1)
         jumps[pending[fulfilled]] = tried + fits[fulfilled].argmax(axis=1)
         tried += draws
@@ -54,14 +60,6 @@ def _jump_ahead(generator: np.random.Generator, jumps: int) -> np.random.Generat
     """A generator in the same sequence, a number of jumps ahead of the given one."""
     bits: Any = generator.bit_generator
     return np.random.default_rng(bits.jumped(jumps))
-
-
-def _fulfils(scout: Cell[Any, Any, Any, Any], request: Request) -> Bools:
-    """Which rows of a scout draw a first throw that fulfils the request (N,)."""
-    drawn = scout.first(np.arange(len(scout.generators)))
-    indices = {"item": drawn.kind, "target": scout.target_of(drawn)}
-    fits = [np.array(_names(scout, option))[indices[option]] == name for option, name in request.items()]
-    return np.all(fits, axis=0)
 
 
 def _names(cell: Cell[Any, Any, Any, Any], option: str) -> Sequence[str]:
@@ -82,14 +80,3 @@ def requested_name(cell: Cell[Any, Any, Any, Any], option: str, value: Any) -> s
         return names[int(value)]
     further = f", or an index from 0 to {len(names) - 1}" if names else f" with a name on level {cell.config.name!r}"
     raise ConfigError(unknown_name(option, value, names, further))
-
-
-def _not_drawn_error(cell: Cell[Any, Any, Any, Any], request: Request) -> ConfigError:
-    request_text = " and ".join(f"{option} {name!r}" for option, name in request.items())
-    names_text = " and ".join(f"{option}s {_join_names(_names(cell, option))}" for option in request)
-    sentence = f"{request_text} did not come in {MOST_DRAWS} draws of level {cell.config.name!r}"
-    return ConfigError(f"{sentence}, which has {names_text}")
-
-
-def _join_names(names: Sequence[str]) -> str:
-    return one_sentence(", ".join(names), 150)

@@ -20,7 +20,7 @@ def yaw_attitude(yaw: Floats) -> Floats:
 
 def level_axes(attitude: Floats) -> tuple[Floats, Floats]:
     """World x and y in the axes of bodies with attitude (..., 4): (..., 3) each."""
-    w, x, y, z = (attitude[..., k] for k in range(4))
+    w, x, y, z = np.moveaxis(attitude, -1, 0)
     # The first two rows of the rotation matrix from body axes to the world's.
     along = np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)], axis=-1)
     across = np.stack([2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)], axis=-1)
@@ -29,6 +29,6 @@ def level_axes(attitude: Floats) -> tuple[Floats, Floats]:
 
 def vertical(attitude: Floats) -> Floats:
     """The vertical in the axes of bodies with attitude (..., 4): (..., 3)."""
-    w, x, y, z = (attitude[..., k] for k in range(4))
+    w, x, y, z = np.moveaxis(attitude, -1, 0)
     # The third row of the same matrix.
     return np.stack([2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)

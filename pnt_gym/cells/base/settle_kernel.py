@@ -99,27 +99,6 @@ def _is_clear(solid: Solid, state: Floats, bins: Rows[BinShape], rim: float, gro
 
 
 @kernel_part
-def _kinetic_height(solid: Solid, state: Floats) -> float:
-    """Kinetic energy over weight of a body [m]."""
-    energy = state[7] * state[7] + state[8] * state[8] + state[9] * state[9]
-    for axis in range(3):
-        energy += solid.spin[axis] * (state[10 + axis] * state[10 + axis])
-    return energy / (2.0 * GRAVITY)
-
-
-@kernel_part
-def _surface_outside(solid: Solid, state: Floats, ground: Ground) -> float:
-    """Height [m] of the surface under a body outside the bins: the belt, if it may come down there, or the floor."""
-    x, y, height = state[0], state[1], state[2]
-    if height < ground.belt:
-        return ground.floor
-    # A body that sinks is below the belt's surface before it has moved sideways by more than this.
-    sideways = math.sqrt(state[7] ** 2 + state[8] ** 2)
-    way = solid.farthest + sideways * math.sqrt(2.0 * (height - ground.belt) / GRAVITY)
-    return ground.floor if _is_beside_belt(ground, x, y, way, way) else ground.belt
-
-
-@kernel_part
 def _stays(
     solid: Solid, state: Floats, bins: Rows[BinShape], rim: float, ground: Ground, energy: float, time: float
 ) -> bool:
@@ -143,7 +122,13 @@ def _stays(
         if time < drop + IMPACT_TIME:
             return False
     elif is_below:
-        surface = _surface_outside(solid, state, ground)
+        # Outside the bins lies the belt, if the body may come down there, or the floor.
+        surface = ground.floor
+        if height >= ground.belt:
+            # A body that sinks is below the belt's surface before it has moved sideways by more than this.
+            sideways = math.sqrt(state[7] ** 2 + state[8] ** 2)
+            way = solid.farthest + sideways * math.sqrt(2.0 * (height - ground.belt) / GRAVITY)
+            surface = ground.floor if _is_beside_belt(ground, state[0], state[1], way, way) else ground.belt
     else:
         return False
     # Below the rim only the surface can lift a body, and highest a body that stands on its end.
@@ -199,7 +184,11 @@ def follow(
         solid, bins, rim = vicinity.solid[row], vicinity.bins[row], vicinity.rim[row]
         ground = vicinity.ground[row]
         while verdict[row] == FALLING:
-            now = state[row, 2] + _kinetic_height(solid, state[row])
+            # Energy over weight [m].
+            squares = state[row, 7] * state[row, 7] + state[row, 8] * state[row, 8] + state[row, 9] * state[row, 9]
+            for axis in range(3):
+                squares += solid.spin[axis] * (state[row, 10 + axis] * state[row, 10 + axis])
+            now = state[row, 2] + squares / (2.0 * GRAVITY)
             largest, energy[row] = max(now, energy[row]), now
             if steps[row] <= 1 or now < rim:
                 verdict[row] = OVER

@@ -244,20 +244,26 @@ class SortingLine(ItemsConfig):
         merged = super().merge(below, above)
         entries, items = merged.get("extra_items"), merged.get("items")
         if "items" in above and "extra_items" not in above and isinstance(entries, list) and isinstance(items, list):
-            merged["extra_items"] = [entry for entry in cast("list[Any]", entries) if _name_of(entry) in items]
+            merged["extra_items"] = [
+                entry
+                for entry in cast("list[Any]", entries)
+                if (
+                    cast("Mapping[str, Any]", entry).get("name")
+                    if isinstance(entry, Mapping)
+                    else getattr(entry, "name", None)
+                )
+                in items
+            ]
         return merged
 
     def problems(self) -> Iterator[str]:
         """A sentence for each problem of values that are possible alone, and not together."""
         yield from super().problems()
-        yield from self._unused_items()
-        yield from self._wrong_acceptance()
-        yield from self.bin_place_problems()
-
-    def _unused_items(self) -> Iterator[str]:
         if unused := [item.name for item in self.extra_items if item.name not in self.items]:
             verb, pronoun = ("is", "it") if len(unused) == 1 else ("are", "them")
             yield f"extra_items: {list_names(unused)} {verb} not in `items`, {self.items}; name {pronoun} there"
+        yield from self._wrong_acceptance()
+        yield from self.bin_place_problems()
 
     def bin_place_problems(self) -> Iterator[str]:
         """What is wrong with the places of the bins: on the belt, or on each other."""
@@ -310,11 +316,6 @@ class SortingLine(ItemsConfig):
                 f"{label} spans y {y[0]:.3f}..{y[1]:.3f} m and lies on the belt, "
                 f"which spans y {belt.y[0]}..{belt.y[1]} m; move it off the belt"
             )
-
-
-def _name_of(entry: Any) -> object:
-    """Name of an added item, as a mapping or as an object."""
-    return cast("Mapping[str, Any]", entry).get("name") if isinstance(entry, Mapping) else getattr(entry, "name", None)
 
 
 def _overlap(a: Bin, b: Bin, wall: float) -> bool:

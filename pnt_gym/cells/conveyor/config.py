@@ -92,22 +92,12 @@ class ConveyorConfig(SortingLine):
     def problems(self) -> Iterator[str]:
         """A sentence for each problem of values that are possible alone, and not together."""
         yield from super().problems()
-        yield from self._mix_problems()
-        yield from self._cup_problems()
-        yield from self._confusion_problems()
-        yield from self.ride_problems()
-
-    def _mix_problems(self) -> Iterator[str]:
         yield from self.strangers("mix", self.mix or ())
-
-    def _cup_problems(self) -> Iterator[str]:
         definitions = self.item_definitions()
         unheld = [name for name in self.items if name in definitions and definitions[name].seal_force is None]
         if unheld:
             verb, pronoun = ("has", "it") if len(unheld) == 1 else ("have", "them")
             yield f"items: {list_names(unheld)} {verb} no seal_force; a suction cup cannot hold {pronoun}"
-
-    def _confusion_problems(self) -> Iterator[str]:
         for true, row in self.classifier.confusion.items():
             yield from self.strangers(f"classifier.confusion of {true!r}", dict.fromkeys((true, *row)))
             if abs(sum(row.values()) - 1.0) > SUM_TOLERANCE:
@@ -115,6 +105,7 @@ class ConveyorConfig(SortingLine):
                     f"classifier.confusion of {true!r} sums to {sum(row.values()):.7g}; the shares of an item must sum "
                     "to 1"
                 )
+        yield from self.ride_problems()
 
     @property
     def lift_x(self) -> Range:

@@ -8,12 +8,11 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, in_order, length, take
 from pnt_gym.cells.base import freefall, settle_kernel
-from pnt_gym.cells.base.airborne import STATE, Airborne, BinShape, Body, Ground, Solid, Vicinity
-from pnt_gym.cells.base.alone import Fall, fall, write_object
+from pnt_gym.cells.base.airborne import STATE, Airborne, BinShape, Ground, Solid, Vicinity
 from pnt_gym.cells.base.flight import Touchdown
+from pnt_gym.cells.base.fluid import write_object
 from pnt_gym.cells.base.plant import simulation_ids
-from pnt_gym.cells.base.settling import FallEnd, settle
-from pnt_gym.cells.base.sorting import Bins
+from pnt_gym.cells.base.settling import Fall, FallEnd, fall, settle
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
@@ -24,7 +23,6 @@ from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels,
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
-from pnt_gym.rows import Rows1
 
 NEAR_DISTANCE: Final = 0.02
 """Distance from an opening beyond which an object's landing cannot end in that bin [m]."""
@@ -42,25 +40,13 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
     scene_kernel.write_contacts(np.ascontiguousarray(rows), geom, contacts, fields)
     batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
-        _place_bin(batch, rows, scene, context, bins)
+        bin_fields = scene_kernel.BinFields(*map(batch.expand, scene_kernel.BIN_FIELDS))
+        places = *in_order(rows), scene.bin_bodies[0], scene.bin_geoms[0], *in_order(context.target)
+        scene_kernel.place_bins(*places, bin_panels(context.opening, bins), bin_fields)
     if bins.emptied is not None:
-        _raise_bottoms(batch, rows, scene, context, bins)
-
-
-def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    fields, panels = (
-        scene_kernel.BinFields(*map(batch.expand, scene_kernel.BIN_FIELDS)),
-        bin_panels(context.opening, bins),
-    )
-    rows, target = in_order(rows, context.target)
-    scene_kernel.place_bins(rows, scene.bin_bodies[0], scene.bin_geoms[0], target, panels, fields)
-
-
-def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    """Move the bottoms of bins to the top of their contents; below its bottom a bin is hollow."""
-    place = batch.expand("geom_pos")
-    for index, first in enumerate(scene.bin_geoms):
-        place[rows, first + BOTTOM_PANEL, 2] = -context.depth[:, index] - bins.wall / 2
+        # The bottoms of bins move to the top of their contents; below its bottom a bin is hollow.
+        for index, first in enumerate(scene.bin_geoms):
+            batch.expand("geom_pos")[rows, first + BOTTOM_PANEL, 2] = -context.depth[:, index] - bins.wall / 2
 
 
 @final
@@ -110,10 +96,18 @@ class FreeObjects:
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)
         touched = clock.meets(context, (records[..., :3], records[..., 7:10], records[..., 3:7]), steps)
-        rows = (self._near(context, landing) & ~touched).nonzero()[0]
+        # Which landings (N, 2) are near the opening of the throw's bin, or of any fixed one (N,).
+        bins = [(context.target[:, :2], context.opening)]
+        bins += [(np.array([b.x, b.y]), np.array(b.size)) for b in self._config.bins.fixed]
+        near = [(np.abs(landing - centre) <= size / 2.0 + NEAR_DISTANCE).all(axis=1) for centre, size in bins]
+        rows = (np.any(near, axis=0) & ~touched).nonzero()[0]
         if rows.size > 0:
             level = context.target[:, 2] + farthest_points(context)
-            first = _last_moment_above(level, records[..., 2])[rows]
+            # Last moments (N,) at which objects at heights (N, K) [m] are above levels (N,) [m].
+            height = records[..., 2]
+            above = ~(height < level[:, None])
+            last = np.maximum(height.shape[1] - 1 - np.argmax(above[:, ::-1], axis=1), 0)
+            first = (last * above.any(axis=1))[rows]
             remaining = (clock.end - clock.release)[rows] - first * clock.stride
             end = self.settle(rows, take(context, rows), take(flying, rows), records[rows, first], remaining)
             position[rows], velocity[rows] = end.position, end.velocity
@@ -136,19 +130,8 @@ class FreeObjects:
         def write(index: Ints, state: Floats) -> None:
             self._write(rows[index], take(context, index), state[:, :7], state[:, 7:])
 
-        objects = flying, self._vicinity(context, flying.body)
-        return settle(self.batch, rows, objects, state, steps, self._config.timestep, write)
-
-    def _write(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats) -> None:
-        """Set up some of the simulations with the objects of N picks in states qpos (N, 7) and qvel (N, 6)."""
-        batch = self.batch
-        write_models(batch, rows, self._scene, context, self._config)
-        batch.set_const(simulation_ids(batch, rows))
-        batch.state[rows] = 0.0
-        self._qpos[rows], self._qvel[rows] = qpos, qvel
-
-    def _vicinity(self, context: Context, body: Rows1[Body]) -> Vicinity:
-        """Bodies of N objects, and what they may meet."""
+        # Bodies of N objects, and what they may meet.
+        body = flying.body
         o, fixed, count = context.objects, self._config.bins.fixed, len(body)
         bins, solid, rebounds = BinShape.empty(count, max(len(fixed), 1)), Solid.empty(count), np.empty(count)
         openings = np.array([(b.x, b.y, b.size[0] / 2.0, b.size[1] / 2.0) for b in fixed])
@@ -160,14 +143,17 @@ class FreeObjects:
         solid["shape"], solid["half"], solid["height"] = o.shape, o.extents / 2.0, body["height"]
         solid["spin"] = body["inertia"] / body["mass"][:, None]
         solid["rebound"], solid["farthest"] = rebounds, farthest_points(context)
-        return Vicinity(solid, bins, context.target[:, 2].copy(), take(self._ground, np.zeros(count, dtype=np.int64)))
+        ground = take(self._ground, np.zeros(count, dtype=np.int64))
+        vicinity = Vicinity(solid, bins, context.target[:, 2].copy(), ground)
+        return settle(self.batch, rows, (flying, vicinity), state, steps, self._config.timestep, write)
 
-    def _near(self, context: Context, landing: Floats) -> Bools:
-        """Which landings (N, 2) are near the opening of the throw's bin, or of any fixed one (N,)."""
-        bins = [(context.target[:, :2], context.opening)]
-        bins += [(np.array([b.x, b.y]), np.array(b.size)) for b in self._config.bins.fixed]
-        near = [(np.abs(landing - centre) <= size / 2.0 + NEAR_DISTANCE).all(axis=1) for centre, size in bins]
-        return np.any(near, axis=0)
+    def _write(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats) -> None:
+        """Set up some of the simulations with the objects of N picks in states qpos (N, 7) and qvel (N, 6)."""
+        batch = self.batch
+        write_models(batch, rows, self._scene, context, self._config)
+        batch.set_const(simulation_ids(batch, rows))
+        batch.state[rows] = 0.0
+        self._qpos[rows], self._qvel[rows] = qpos, qvel
 
 
 def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats) -> tuple[Floats, Floats, Ints]:
@@ -192,12 +178,6 @@ def farthest_points(context: Context) -> Floats:
     full, depth = context.objects.extents, context.objects.com_depth
     # Half the diagonal plus the offset.
     return length(full) / 2.0 + np.abs(depth - full[:, 2] / 2.0)
-
-
-def _last_moment_above(level: Floats, height: Floats) -> Ints:
-    """Last moments (N,) at which objects at heights (N, K) [m] are above levels (N,) [m]."""
-    below = height < level[:, None]
-    return np.maximum(height.shape[1] - 1 - np.argmax(~below[:, ::-1], axis=1), 0) * (~below).any(axis=1)
 
 
 def _release_states(clock: ThrowClock) -> Floats:

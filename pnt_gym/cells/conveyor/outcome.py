@@ -22,7 +22,7 @@ class Effort:
     torque: Floats
     """Largest torque of any motor (N,) [N m]."""
     energy: Floats
-    """Positive mechanical work of all motors (N,) [J], see `cells.base.energy`."""
+    """Positive mechanical work of all motors (N,) [J], see `cells.base.recorded`."""
 
     def then(self, following: Effort) -> Effort:
         """Effort of this motion followed by another."""
@@ -77,7 +77,7 @@ class Outcome(Landed, PlannedResults):
     grip_margin: Floats
     """Smallest holding force over load of the cup until the release (N,)."""
     energy: Floats
-    """Positive mechanical work of the motors in the cycle (N,) [J], see `cells.base.energy`."""
+    """Positive mechanical work of the motors in the cycle (N,) [J], see `cells.base.recorded`."""
     ended_in: Ints
     """Index of the bin in which the object lies at the end, 0 for a bin that is drawn per throw; -1: no bin (N,)."""
     belongs: Bools

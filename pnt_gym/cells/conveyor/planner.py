@@ -12,7 +12,6 @@ from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, in_order, j
 from pnt_gym.cells.base.cell import Purpose, move_aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor import scene_kernel
-from pnt_gym.cells.conveyor.bin_walls import hits_bin
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context, ThrowBins, apply_bias, belt_shift
 from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
@@ -30,6 +29,10 @@ from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
 
+BESIDE: Final = 0.02
+"""Distance from a bin at which a carried object counts as in its way: walls and what swings under the cup [m]."""
+ABOVE: Final = 0.02
+"""Least height of a carried object above the rim of a bin below it [m]."""
 TRIAL_THROWS: Final = 50
 """Number of trial throws at a bin before a warning that the bin is out of reach."""
 _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
@@ -117,21 +120,45 @@ class PickPlanner:
         return release.replace(feasible=self.mover.is_feasible(context.pick, release, context.throw_limits))
 
     def clears_bins(self, context: Context, release: ReleaseBatch) -> Bools:
-        """Which straight throws lead the object over the rims of all bins, until the hand has stopped (N,)."""
+        """Which straight throws lead the object over the rims of all bins, until the hand has stopped (N,).
+
+        A bin is taken as the circle around its opening, which errs on the safe side. The hand rises evenly on its way.
+        """
         motion = self.mover.throw(context.pick, release, context.throw_limits, context.ceiling)
         centre, opening = context.target[:, None, :2], context.opening[:, None]
         if self.config.bins.random is None:
             centre, opening = self._centres[None], self._openings[None]
-        rise = self.config.bins.rim - self.config.belt.height
-        width = context.objects.measured.size.max(axis=-1)
-        return ~hits_bin(context.pick, motion.stop, centre, opening, width, rise)
+        rise, width = self.config.bins.rim - self.config.belt.height, context.objects.measured.size.max(axis=-1)
+        way = motion.stop - context.pick
+        length = np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-9)[:, None]
+        gap = centre - context.pick[:, None, :2]
+        along = (gap * (way[:, :2] / length)[:, None]).sum(axis=-1)
+        beside_squared = (gap**2).sum(axis=-1) - along**2
+        radius = np.hypot(opening[..., 0], opening[..., 1]) / 2.0 + width[:, None] / 2.0 + BESIDE
+        entry = np.maximum(along - np.sqrt(np.maximum(radius**2 - beside_squared, 0.0)), 0.0)
+        meets = (beside_squared < radius**2) & (along > 0.0) & (entry < length)
+        is_low = way[:, 2:] * entry / length < rise + ABOVE
+        return ~(meets & is_low).any(axis=1)
 
     def plan(self, objects: Objects, pick: Floats) -> tuple[Context, Bools]:
         """Contexts for objects at their picks, and which throws are accepted (N,).
 
         Bins are tried in the order of the object's draws; rows without an accepted throw hold the last attempt.
         """
-        return self._plan_throws(objects, pick, self._bins_in_turn(objects))
+        draw, r = objects.draws.bin, self.config.bins.random
+        if r is None:
+            # Accepting fixed bins in turn, starting at a random one; they repeat.
+            choices = self.accepts[objects.measured.kind]
+            count = choices.sum(axis=1)
+            start = np.minimum((draw[:, 0, 0] * count).astype(np.int64), count - 1)
+            chosen_rank = (start[:, None] + np.arange(choices.shape[1], dtype=np.int64)) % count[:, None]
+            rank = np.cumsum(choices, axis=1) - 1
+            bins = self._fixed_bins(np.argmax(choices[:, None] & (rank[:, None] == chosen_rank[:, :, None]), axis=2))
+        else:
+            inputs = in_order(draw, objects.measured.size, np.array([r.x, r.y, r.side]))
+            target, opening = scene_kernel.draw_bins(*inputs, r.item_clearance, self.config.bins.rim)
+            bins = ThrowBins(target, opening, np.zeros(draw.shape[:-1], dtype=np.int64))
+        return self._plan_throws(objects, pick, bins)
 
     def plan_into(self, objects: Objects, pick: Floats, bins: Ints) -> tuple[Context, Bools]:
         """Contexts as `plan`, for given fixed bins (N,)."""
@@ -163,22 +190,24 @@ class PickPlanner:
             rows = (~good).nonzero()[0]
             if rows.size == 0:
                 break
-            tried, accepted = self._retry(take(first, rows), take(bins, (rows, attempt)))
+            again, others = take(first, rows), take(bins, (rows, attempt))
+            plan = self.mover.plan(again.pick, others.target, again.throw_limits, again.ceiling)
+            depth = self._depth(again.objects, others.opening)
+            tried, accepted = self._accept(again.replace(**others._asdict(), depth=depth, plan=plan))
             good[rows] = accepted & can_hold[rows]
             attempts.append(tried)
             last[rows], count = np.arange(count, count + len(rows)), count + len(rows)
         return first if len(attempts) == 1 else take(concatenate_records(attempts), last), good
 
-    def _retry(self, context: Context, bins: ThrowBins) -> tuple[Context, Bools]:
-        """The picks with other bins (N,), and which throws are accepted (N,)."""
-        plan = self.mover.plan(context.pick, bins.target, context.throw_limits, context.ceiling)
-        depth = self._depth(context.objects, bins.opening)
-        return self._accept(context.replace(**bins._asdict(), depth=depth, plan=plan))
-
     def _accept(self, context: Context) -> tuple[Context, Bools]:
         """The picks, some of them with plans to put the object down, and which plans are accepted (N,)."""
         context, allowed = self._apply_throw_rule(context)
-        return context, allowed & self.mover.accepts(context, self._reserve(context))
+        # Displacements along the throws by which targets may move.
+        reserve, shift = self.mover.reserve(context.plan), None
+        if reserve.any():
+            shift = np.zeros_like(context.target)
+            shift[:, :2] = reserve[:, None] * context.direction
+        return context, allowed & self.mover.accepts(context, shift)
 
     def replan(self, context: Context, goal: Floats, is_swapped: bool = False) -> ReleaseBatch:
         """New plans to goals (N, 3) [m], thrown or put down as the nominal plans, or the other way if `is_swapped`."""
@@ -252,37 +281,8 @@ class PickPlanner:
         arguments = context.pick, context.target, context.throw_limits, context.ceiling
         return context.replace(plan=recompute_rows(context.plan, ~is_thrown, self._put_mover.plan, *arguments)), every
 
-    def _reserve(self, context: Context) -> Floats | None:
-        """Displacements (N, 3) [m] along the throws by which targets may move; None where no target may move."""
-        reserve = self.mover.reserve(context.plan)
-        if not reserve.any():
-            return None
-        shift = np.zeros_like(context.target)
-        shift[:, :2] = reserve[:, None] * context.direction
-        return shift
-
-    def _bins_in_turn(self, objects: Objects) -> ThrowBins:
-        """The bins of objects in the order in which to try them: fixed bins, or bins at random places."""
-        draw, r = objects.draws.bin, self.config.bins.random
-        if r is None:
-            return self._fixed_bins(self._accepting_bins(objects))
-        shape = draw.shape[:-1]
-        target, opening = np.full((*shape, 3), self.config.bins.rim), np.empty((*shape, 2))
-        inputs = in_order(draw, objects.measured.size, np.array([r.x, r.y, r.side]))
-        scene_kernel.draw_bins(*inputs, r.item_clearance, target, opening)
-        return ThrowBins(target, opening, np.zeros(shape, dtype=np.int64))
-
     def _fixed_bins(self, index: Ints) -> ThrowBins:
         """Fixed bins by their indices (N, T)."""
         target = np.full((*index.shape, 3), self.config.bins.rim)
         target[..., :2] = self._centres[index]
         return ThrowBins(target, self._openings[index], index)
-
-    def _accepting_bins(self, objects: Objects) -> Ints:
-        """Indices (N, B) of accepting fixed bins in turn, starting at a random one; they repeat."""
-        choices = self.accepts[objects.measured.kind]
-        count = choices.sum(axis=1)
-        start = np.minimum((objects.draws.bin[:, 0, 0] * count).astype(np.int64), count - 1)
-        chosen_rank = (start[:, None] + np.arange(choices.shape[1], dtype=np.int64)) % count[:, None]
-        rank = np.cumsum(choices, axis=1) - 1
-        return np.argmax(choices[:, None] & (rank[:, None] == chosen_rank[:, :, None]), axis=2)

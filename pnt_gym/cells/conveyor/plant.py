@@ -17,20 +17,8 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import (
-    Bools,
-    Floats,
-    Ints,
-    compute_by_mask,
-    concatenate_records,
-    in_order,
-    length,
-    recompute_rows,
-    take,
-)
-from pnt_gym.cells.base import flight_kernel
-from pnt_gym.cells.base.alone import Fall
-from pnt_gym.cells.base.energy import loads_between, loads_of_steps
+from pnt_gym.arrays import Floats, Ints, compute_by_mask, concatenate_records, in_order, length, recompute_rows, take
+from pnt_gym.cells.base import recorded
 from pnt_gym.cells.base.flight import ObjectFlight, Touchdown
 from pnt_gym.cells.base.parallel import call_in_threads, split_rows
 from pnt_gym.cells.base.plant import TOUCH_DISTANCE, Plant, roll_out, simulation_ids, touching
@@ -38,7 +26,7 @@ from pnt_gym.cells.base.rotations import turn_back, yaw_attitude
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.swing import Spring, springs
+from pnt_gym.cells.conveyor.cup.swing import springs
 from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
@@ -46,7 +34,7 @@ from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
-from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, joint_loads, knot_count, upsample
+from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, knot_count, upsample
 
 
 @final
@@ -141,27 +129,36 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         batch, scene, o = self.batch, self.scene, context.objects
         rows = np.arange(len(context.pick)) if rows is None else rows
         write_models(batch, rows, scene, context, self.config)
-        self._write_grip_point(rows, context, None if clock is None else clock.spring)
+        # The grip points of the objects, and the lips and radii of the cups.
+        batch.expand("site_pos")[rows, scene.grip_site] = -context.arm
+        if self.config.swings:
+            # The lips' springs, about the axes of the objects that hang at rest.
+            spring = springs(context, self.config) if clock is None or clock.spring is None else clock.spring
+            batch.expand("site_quat")[rows, scene.tcp_site] = o.attitude
+            gains = batch.expand("actuator_gainprm")
+            gains[rows, scene.swing, 1], gains[rows, scene.swing, 2] = -spring.stiffness, -spring.damping
+        else:
+            batch.expand("site_quat")[rows, scene.grip_site] = yaw_attitude(-o.yaw)
+        if self.config.cup.fitted:
+            fields = scene_kernel.CupFields(*map(batch.expand, scene_kernel.CUP_FIELDS))
+            bounds = np.hypot(o.cup_radius[:, None], self._cup_halves)
+            inputs = in_order(rows, self._cups, o.cup_radius, self._cup_halves, bounds)
+            scene_kernel.widen_cups(*inputs, fields)
         batch.set_const(simulation_ids(batch, rows))
         batch.state[rows] = 0.0
         cup, first, qpos = context.pick + context.cup_offset, scene.object_qpos, np.zeros((len(rows), scene.model.nq))
         if clock is not None and self.config.belt.tracking:
-            cup = self._write_motion(rows, clock)
+            begin = clock.hand(np.zeros(1, dtype=np.int64))
+            cup, velocity = begin.position[:, 0], begin.velocity[:, 0]
+            qvel = np.zeros((len(rows), scene.model.nv))
+            qvel[:, self._robot_qvel] = closed_velocity(cup, velocity, self._rods_per_arm, scene.robot.geometry)
+            qvel[:, scene.object_qvel : scene.object_qvel + 3] = velocity
+            self.qvel[rows] = qvel
         qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
         qpos[:, first : first + 2] = cup[:, :2] + context.grasp
         qpos[:, first + 2] = cup[:, 2] - o.com_depth
         qpos[:, first + 3 : first + 7] = o.attitude
         self.qpos[rows], self._equalities[rows] = qpos, 1.0
-
-    def _write_motion(self, rows: Ints, clock: ThrowClock) -> Floats:
-        """Write the first velocities of hands and objects of some rows; returns the cups' positions (N, 3) [m]."""
-        scene, first = self.scene, clock.hand(np.zeros(1, dtype=np.int64))
-        cup, velocity = first.position[:, 0], first.velocity[:, 0]
-        qvel = np.zeros((len(rows), scene.model.nv))
-        qvel[:, self._robot_qvel] = closed_velocity(cup, velocity, self._rods_per_arm, scene.robot.geometry)
-        qvel[:, scene.object_qvel : scene.object_qvel + 3] = velocity
-        self.qvel[rows] = qvel
-        return cup
 
     def _simulate_throws(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Simulate the throws of some rows at the config's fidelity."""
@@ -172,11 +169,6 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
             clock.parting.unsure, self._simulate_with_robot, self._simulate_flights, rows, context, clock
         )
 
-    def _simulate_with_robot(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
-        """Simulate the throws of some rows, with the robot for as long as the cup may touch the object."""
-        flown, unsure = self._simulate_in_two_stages(rows, context, clock)
-        return recompute_rows(flown, unsure, self._simulate_to_the_end, rows, context, clock)
-
     def _results_without_object(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Results of failed picks: NaN landings, because the object stays on the belt, and planned efforts."""
         count = len(rows)
@@ -185,22 +177,24 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         effort = self._effort_of_plan(clock, np.zeros(count, dtype=np.int64))
         return SimulatedThrows(touchdown, np.zeros(count), effort, clock.grips)
 
-    def _simulate_in_two_stages(self, rows: Ints, context: Context, clock: ThrowClock) -> tuple[SimulatedThrows, Bools]:
-        """Simulate throws with the robot until objects are clear, then without; says which may touch the cup again."""
+    def _simulate_with_robot(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
+        """Simulate throws with the robot until objects are clear, then without; to the end where the cup may touch."""
         self.write(context, rows, clock)
         clear, scene = clock.clear(context), self.scene
         robot_record = self._roll_out_robot(rows, context, clock, clear)
         qpos, qvel = self.qpos[rows], self.qvel[rows]
-        q, v = (slice(first, first + size) for first, size in ((scene.object_qpos, 7), (scene.object_qvel, 6)))
-        fallen = self.free.fall(rows, context, qpos[:, q], qvel[:, v], clock.end - clear)
+        place, rate = qpos[:, scene.object_qpos :][:, :7], qvel[:, scene.object_qvel :][:, :6]
+        fallen = self.free.fall(rows, context, place, rate, clock.end - clear)
         sensors = fallen.sensors[:, :: clock.stride]
         position, velocity = sensors[..., SENSORS["object_position"]], sensors[..., SENSORS["object_velocity"]]
         attitude = fallen.attitude[:, :: clock.stride]
         unsure = clock.may_meet(context, (position, velocity, attitude), clear, fallen.steps)
-        flight = _join_flights(clock, clear, robot_record["sensordata"], fallen)
+        records, cup = in_order(robot_record["sensordata"], fallen.sensors), SENSORS["cup_contact"].start
+        flight = recorded.join_flights(*records, clear, fallen.steps, clock.release, cup, TOUCH_DISTANCE)
         effort = self._effort(robot_record, clear, clock.step).then(self._effort_of_plan(clock, clear))
         astray = _tracking_error(robot_record["sensordata"], clock)
-        return SimulatedThrows(flight.touchdown(context.target[:, 2]), astray, effort, clock.grips), unsure
+        flown = SimulatedThrows(flight.touchdown(context.target[:, 2]), astray, effort, clock.grips)
+        return recompute_rows(flown, unsure, self._simulate_to_the_end, rows, context, clock)
 
     def _simulate_flights(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Simulate flights after planned hand motions, and with the robot where the cup touches the object again."""
@@ -248,16 +242,16 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
     def _effort(self, record: dict[str, Floats], end: Ints, step: float) -> Effort:
         """Effort of the motors in recorded fields (N, M, columns), up to a step of each (N,)."""
         torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., self._motors]
-        return Effort(*loads_of_steps(torque, speed, end, step))
+        return Effort(*recorded.loads_of_steps(*in_order(torque, speed, end), step))
 
     def _effort_of_plan(self, clock: ThrowClock, clear: Ints) -> Effort:
         """Effort of the motors in the planned motions from a step of each on (N,), without the object's mass."""
         ahead = clock.end - clear
         last = -(-max(ahead.tolist()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
-        loads = joint_loads(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
-        speed, torque = (load.transpose(1, 2, 0) for load in loads)
-        return Effort(*loads_between(torque, speed, steps * clock.step))
+        knots = joint_knots(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
+        planned = in_order(knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0), steps * clock.step)
+        return Effort(*recorded.loads_between(*planned))
 
     def _references(self, rows: Ints, context: Context, clock: ThrowClock, steps: int) -> Floats:
         """Controls (N, steps, nu + neq) of some rows: motors, spin and grip, every other equality active."""
@@ -284,42 +278,6 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         # Interpolation up to the end needs one more knot behind it.
         position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None] + clock.stride))
         return joint_knots(position, velocity, acceleration, geometry=self.scene.robot.geometry)
-
-    def _write_grip_point(self, rows: Ints, context: Context, spring: Spring | None) -> None:
-        """Write the grip points of some rows' objects, and the lips and radii of their cups."""
-        batch, site, o = self.batch, self.scene.grip_site, context.objects
-        batch.expand("site_pos")[rows, site] = -context.arm
-        if self.config.swings:
-            self._write_springs(rows, context, spring or springs(context, self.config))
-        else:
-            batch.expand("site_quat")[rows, site] = yaw_attitude(-o.yaw)
-        if self.config.cup.fitted:
-            self._widen(rows, o.cup_radius)
-
-    def _widen(self, rows: Ints, radius: Floats) -> None:
-        """Write the radii (N,) [m] of the cups of some simulations."""
-        fields = scene_kernel.CupFields(*map(self.batch.expand, scene_kernel.CUP_FIELDS))
-        bounds = np.hypot(radius[:, None], self._cup_halves)
-        inputs = in_order(rows, self._cups, radius, self._cup_halves, bounds)
-        scene_kernel.widen_cups(*inputs, fields)
-
-    def _write_springs(self, rows: Ints, context: Context, spring: Spring) -> None:
-        """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""
-        batch = self.batch
-        batch.expand("site_quat")[rows, self.scene.tcp_site] = context.objects.attitude
-        gains = batch.expand("actuator_gainprm")
-        gains[rows, self.scene.swing, 1], gains[rows, self.scene.swing, 2] = -spring.stiffness, -spring.damping
-
-
-def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: Fall) -> ObjectFlight:
-    """Flights joined from records with the robot, up to a step of each (N,), and records without the robot."""
-    count, last = len(robot_sensors), max((clear + fall.steps).tolist())
-    position, velocity = np.zeros((count, last, 3)), np.zeros((count, last, 3))
-    hand_touch, any_touch = np.zeros((count, last), dtype=np.bool_), np.zeros((count, last), dtype=np.bool_)
-    flight = ObjectFlight(position, velocity, hand_touch, any_touch, clock.release, clear + fall.steps - 1)
-    records, cup = in_order(robot_sensors, fall.sensors), SENSORS["cup_contact"].start
-    flight_kernel.join_flights(*records, clear, fall.steps, cup, TOUCH_DISTANCE, flight)
-    return flight
 
 
 def _tracking_error(sensors: Floats, clock: ThrowClock) -> Floats:

@@ -101,8 +101,12 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
     add_cup(spec, config.lip_length)
     _add_object_and_bins(spec, config)
     _add_grip(spec, config)
-    _add_object_sensors(spec)
-    _add_hand_sensors(spec, robot)
+    add_motion_sensors(spec)
+    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object")
+    # Add the sensors of the hand, in the order and widths of `SENSORS`.
+    add_place_sensor(spec, robot.tcp)
+    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object", "cup")
+    add_torque_sensors(spec, robot.actuators)
     model = spec.compile()
     swing = _actuators(model, "swing_x", 3 * config.swings)
     return Scene(
@@ -135,7 +139,8 @@ def build_free_scene(config: ConveyorConfig) -> Surroundings:
     """Compile the cell without its robot."""
     spec = _empty_stage(config)
     _add_object_and_bins(spec, config)
-    _add_object_sensors(spec)
+    add_motion_sensors(spec)
+    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object")
     return Surroundings(**_ids(spec.compile(), config))
 
 
@@ -147,7 +152,7 @@ def bin_panels(size: Floats, bins: Bins) -> scene_kernel.Panels:
         bins: depth and wall thickness.
     """
     panels = scene_kernel.Panels(*np.empty((2, len(size), scene_kernel.PANELS, 3)))
-    scene_kernel.fill_panels(np.ascontiguousarray(size), bins.depth, bins.wall, panels)
+    scene_kernel.bin_panels(np.ascontiguousarray(size), bins.depth, bins.wall, panels)
     return panels
 
 
@@ -264,59 +269,35 @@ def _add_grip(spec: MjSpec, config: ConveyorConfig) -> None:
         )
         motor.set_to_motor()
     if config.swings:
-        _add_spring(spec)
+        # Add the lip as a spring and damper about three axes of the hand.
+        for axis, gear in (("x", 3), ("y", 4), ("z", 5)):
+            spring = spec.add_actuator(
+                name=f"swing_{axis}",
+                trntype=mujoco.mjtTrn.mjTRN_SITE,
+                target="grip",
+                refsite="tcp",
+                gear=np.eye(6)[gear],
+            )
+            spring.set_to_motor()
+            spring.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
+            spring.gainprm = np.zeros(10)
     if config.pushes:
         push = spec.add_actuator(name="push", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="object", gear=-np.eye(6)[2])
         push.set_to_motor()
 
 
-def _add_spring(spec: MjSpec) -> None:
-    """Add the lip as a spring and damper about three axes of the hand.
-
-    The torque is control x (gain_1 angle + gain_2 rate). The control is 1 while the cup holds the object and 0
-    afterwards; the plant writes the gains of every simulation.
-    """
-    for axis, gear in (("x", 3), ("y", 4), ("z", 5)):
-        spring = spec.add_actuator(
-            name=f"swing_{axis}",
-            trntype=mujoco.mjtTrn.mjTRN_SITE,
-            target="grip",
-            refsite="tcp",
-            gear=np.eye(6)[gear],
-        )
-        spring.set_to_motor()
-        spring.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
-        spring.gainprm = np.zeros(10)
-
-
 def add_bins(spec: MjSpec, config: ConveyorConfig) -> None:
     """Add the bodies `bin_0`, `bin_1` and so on, each with the panels of `bin_panels`."""
     for index, (x, y, size) in enumerate(_bin_places(config)):
-        _add_bin(spec, index, (x, y), size, config.bins)
-
-
-def _add_bin(spec: MjSpec, index: int, centre: tuple[float, float], size: tuple[float, float], bins: Bins) -> None:
-    body = spec.worldbody.add_body(name=f"bin_{index}", pos=[*centre, bins.rim])
-    half, middle = bin_panels(np.array([size]), bins)
-    for k in range(5):
-        body.add_geom(
-            name=f"bin_{index}_{k}",
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=half[0, k],
-            pos=middle[0, k],
-            rgba=BIN_RGBA[index % len(BIN_RGBA)],
-            solref=SURROUNDINGS_SOLREF,
-        )
-
-
-def _add_object_sensors(spec: MjSpec) -> None:
-    """Add the sensors of the object, in the order and widths of `SENSORS`."""
-    add_motion_sensors(spec)
-    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object")
-
-
-def _add_hand_sensors(spec: MjSpec, robot: T3krHandles) -> None:
-    """Add the sensors of the hand, in the order and widths of `SENSORS`."""
-    add_place_sensor(spec, robot.tcp)
-    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object", "cup")
-    add_torque_sensors(spec, robot.actuators)
+        centre = (x, y)
+        body = spec.worldbody.add_body(name=f"bin_{index}", pos=[*centre, config.bins.rim])
+        half, middle = bin_panels(np.array([size]), config.bins)
+        for k in range(5):
+            body.add_geom(
+                name=f"bin_{index}_{k}",
+                type=mujoco.mjtGeom.mjGEOM_BOX,
+                size=half[0, k],
+                pos=middle[0, k],
+                rgba=BIN_RGBA[index % len(BIN_RGBA)],
+                solref=SURROUNDINGS_SOLREF,
+            )

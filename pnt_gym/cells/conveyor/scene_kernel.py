@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple, final
 
+import numpy as np
+
 from pnt_gym.compiled import kernel
 from pnt_gym.rows import Floats1, Floats2, Floats3, Ints1
 
@@ -75,7 +77,7 @@ class Contacts(NamedTuple):
 
 
 @kernel
-def fill_panels(size: Floats2, depth: float, wall: float, panels: Panels) -> None:
+def bin_panels(size: Floats2, depth: float, wall: float, panels: Panels) -> None:
     """Fill panels (N, 5) as `scene.bin_panels`."""
     half, centre = panels
     w, d = wall / 2.0, depth / 2.0
@@ -94,19 +96,18 @@ def fill_panels(size: Floats2, depth: float, wall: float, panels: Panels) -> Non
 
 
 @kernel
-def draw_bins(
-    draws: Floats3, size: Floats2, ranges: Floats2, clearance: float, target: Floats3, opening: Floats3
-) -> None:
-    """Write square bins at random places.
+def draw_bins(draws: Floats3, size: Floats2, ranges: Floats2, clearance: float, rim: float) -> tuple[Floats3, Floats3]:
+    """Square bins at random places: centres of the openings (N, T, 3) and inner sizes (N, T, 2) [m].
 
     Args:
         draws: uniform draws of places and sides of T bins for each of N objects (N, T, 3).
         size: measured extents of the objects (N, 3) [m].
         ranges: ranges of the bins' centres along x and y, and of the inner sides of the openings (3, 2) [m].
         clearance: least inner side beyond the largest extent of the object [m]; 0 for no least side.
-        target: written, centres of the openings along x and y (N, T, 3) [m].
-        opening: written, inner sizes (N, T, 2) [m].
+        rim: height of the rims [m].
     """
+    count, tries, _ = draws.shape
+    target, opening = np.full((count, tries, 3), rim), np.empty((count, tries, 2))
     x, y, side = ranges[0], ranges[1], ranges[2]
     for n in range(len(draws)):
         least = max(size[n, 0], size[n, 1], size[n, 2]) + clearance if clearance > 0.0 else 0.0
@@ -114,6 +115,7 @@ def draw_bins(
             target[n, k, 0] = x[0] + (x[1] - x[0]) * draws[n, k, 0]
             target[n, k, 1] = y[0] + (y[1] - y[0]) * draws[n, k, 1]
             opening[n, k, 0] = opening[n, k, 1] = max(side[0] + (side[1] - side[0]) * draws[n, k, 2], least)
+    return target, opening
 
 
 @kernel

@@ -46,7 +46,15 @@ class DriftSchedule:
     def draw(cls, generators: list[np.random.Generator], config: ConveyorConfig) -> Self:
         """Draw new shifts, one shift per generator; the generators do not advance."""
         picks = config.picks_per_shift
-        columns = [_draw_columns(generator, picks, config) for generator in generators]
+        drift, columns = config.drift, list[tuple[Floats, ...]]()
+        for generator in generators:
+            with move_aside(generator, Purpose.SHIFT):
+                random = np.random.default_rng(generator.integers(2**63, size=4))
+            # Paths of the parts, in the order in which they are drawn.
+            parts = drift.delay, drift.encoder, drift.camera, drift.camera, drift.draught, drift.draught
+            paths = config.mismatch * np.stack([p.path(random, picks, drift.steps_every) for p in parts], axis=-1)
+            levels = paths[:, 0], paths[:, 2:4], paths[:, 1], paths[:, 4:6]
+            columns.append((*levels, random.standard_normal((picks, 2)), random.random(picks)))
         delay, camera, encoder, draught, noise, chance = (np.stack(values) for values in zip(*columns, strict=True))
         drift = HiddenDrift.of(*delay.shape, delay=delay, camera=camera, encoder=encoder, draught=draught)
         return cls(drift, noise, chance, at=np.zeros(len(generators), dtype=np.int64))
@@ -70,20 +78,6 @@ class DriftSchedule:
     def advance(self) -> Self:
         """The shifts after one more throw."""
         return replace(self, at=self.at + 1)
-
-
-def _draw_columns(generator: np.random.Generator, picks: int, config: ConveyorConfig) -> tuple[Floats, ...]:
-    """Draw the columns of one shift aside."""
-    with move_aside(generator, Purpose.SHIFT):
-        seed = generator.integers(2**63, size=4)
-    random, drift, m = np.random.default_rng(seed), config.drift, config.mismatch
-
-    def level(*sections: Any) -> Floats:
-        return m * np.stack([section.path(random, picks, drift.steps_every) for section in sections], axis=-1)
-
-    delay, encoder = level(drift.delay)[:, 0], level(drift.encoder)[:, 0]
-    camera, draught = level(drift.camera, drift.camera), level(drift.draught, drift.draught)
-    return delay, camera, encoder, draught, random.standard_normal((picks, 2)), random.random(picks)
 
 
 class SteadyCells:
@@ -137,23 +131,29 @@ class DriftingCells(SteadyCells):
         """First picks of new shifts, whose drift is drawn here."""
         schedule = DriftSchedule.draw(generators, self._config)
         self._schedule = replace_rows(self._schedule, rows, schedule)
-        return self._apply_drift(picks, schedule)
+        return apply_drift(picks, schedule.now(), self._config) if self._config.drift.moves else picks
 
     def after(self, context: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
         """The next picks in cells that have drifted further, with the camera's measurements of these throws."""
         is_visible, error = self._schedule.measure(outcome, self._config)
         self._schedule = self._schedule.advance()
-        before = remember_throws(context, plans, is_visible, error, self._schedule.at / self._config.picks_per_shift)
-        return self._apply_drift(picks, self._schedule).replace(before=before)
+        # Measurements of throws, as the next observation has them.
+        gone = self._schedule.at / self._config.picks_per_shift
+        rim = context.target[:, 2]
+        displacement = landing_point(plans.position, plans.velocity, rim) - landing_point(
+            context.plan.position, context.plan.velocity, rim
+        )
+        offset = np.nan_to_num(np.stack(context.to_throw_frame(displacement), axis=1))
+        before = LastThrow.of(
+            len(rim), seen=is_visible, error=error, shift=offset, direction=context.direction, gone=gone
+        )
+        coming = apply_drift(picks, self._schedule.now(), self._config) if self._config.drift.moves else picks
+        return coming.replace(before=before)
 
     def feedback(self, before: LastThrow) -> dict[str, NDArray[Any]]:
         """Landing errors that the camera measured, NaN where it saw nothing, and the throw's number in the shift."""
         error = np.where(before.seen[:, None], before.error, np.nan)
         return {**dict(zip(CAMERA_ERRORS, error.T.copy(), strict=True)), "pick_in_shift": self._schedule.at - 1}
-
-    def _apply_drift(self, picks: Context, schedule: DriftSchedule) -> Context:
-        """Picks with the drift of the shift at this moment."""
-        return apply_drift(picks, schedule.now(), self._config) if self._config.drift.moves else picks
 
 
 def make_drift(config: ConveyorConfig, generators: Generators, feedback: bool) -> SteadyCells:
@@ -181,21 +181,3 @@ def apply_drift(context: Context, now: HiddenDrift, config: ConveyorConfig) -> C
     delay = np.maximum(objects.delay + now.delay, 0.0)
     spin = spin_at_grasp(planned, objects.grasp + unseen, config)
     return context.replace(objects=objects.replace(delay=delay, spin=spin), drift=total, unseen=unseen)
-
-
-def remember_throws(context: Context, plans: ReleaseBatch, is_visible: Bools, error: Floats, gone: Floats) -> LastThrow:
-    """Measurements of throws, as the next observation has them.
-
-    Args:
-        context: the N picks.
-        plans: the plans of their throws.
-        is_visible: which landings the camera saw (N,).
-        error: the measured landing errors (N, 2) [m].
-        gone: share of the shift that is over (N,).
-    """
-    rim = context.target[:, 2]
-    displacement = landing_point(plans.position, plans.velocity, rim) - landing_point(
-        context.plan.position, context.plan.velocity, rim
-    )
-    offset = np.nan_to_num(np.stack(context.to_throw_frame(displacement), axis=1))
-    return LastThrow.of(len(rim), seen=is_visible, error=error, shift=offset, direction=context.direction, gone=gone)

@@ -9,7 +9,6 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.grasp.config import GraspConfig
-from pnt_gym.cells.grasp.images import pixel_places
 
 MODE: Final = "grasp"
 """Name of the only action mode."""
@@ -60,8 +59,3 @@ def read_actions(actions: Floats, config: GraspConfig) -> Wishes:
         slow + (fast - slow) * share,
         actions[:, 4:],
     )
-
-
-def place_of_pixel(row: int, column: int, config: GraspConfig) -> Floats:
-    """The first two numbers of an action (2,) whose cup is at a pixel of the picture."""
-    return pixel_places()[row, column] / config.grasp.reach

@@ -95,15 +95,9 @@ class GraspConfig(ConveyorConfig):
     def problems(self) -> Iterator[str]:
         """A sentence for each problem of values that are possible alone, and not together."""
         yield from super().problems()
-        yield from self._pace_problems()
-        yield from self._grasp_problems()
-
-    def _pace_problems(self) -> Iterator[str]:
         slow, fast = self.grasp.pace
         if slow > fast:
             yield f"grasp.pace runs from {slow:g} to {fast:g}; the first value must not be larger"
-
-    def _grasp_problems(self) -> Iterator[str]:
         if self.grasp.objects > 1 and self.grasp.picks == "belt":
             yield f"grasp.objects is {self.grasp.objects}; it must be 1 on the belt"
         if self.grasp.tries > 1 and not self.belt.tracking:

@@ -18,12 +18,12 @@ from pnt_gym.cells.base.request import NO_REQUEST, Request
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.hold import picked
+from pnt_gym.cells.conveyor.cup.hold import inside_outline, picked
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.action import MODE, Wishes, names_of, read_actions
 from pnt_gym.cells.grasp.attempts import Attempts, Grasper
 from pnt_gym.cells.grasp.config import GraspConfig
-from pnt_gym.cells.grasp.groups import GroupPicks, chosen_members
+from pnt_gym.cells.grasp.groups import GroupPicks
 from pnt_gym.cells.grasp.observation import SPACE, GraspSight, encode
 from pnt_gym.cells.grasp.pictures import PictureMaker
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
@@ -104,7 +104,11 @@ class GraspCore:
         wishes = read_actions(clip_actions(actions, self.count, self.action_space.shape[0], MODE), self.config)
         active = np.ones(self.count, dtype=np.bool_) if waiting is None else ~waiting
         ends, info = self._advance(wishes, active)
-        result = self._throw(wishes, ends) if ends.any() else self._no_throw()
+        if ends.any():
+            result = self._throw(wishes, ends)
+        else:
+            zeros = np.zeros(self.count)
+            result = Step(None, zeros, zeros > 0.0, {})
         self._begin(np.flatnonzero(ends))
         partial = {name: ends & result.partial.get(name, True) for name in result.info if name != "kind"}
         info |= {**result.info, **self.kinds()}
@@ -133,8 +137,23 @@ class GraspCore:
         """Try to grasp the objects of some rows at places (N, 2) [m]."""
         if rows.size == 0:
             return
-        self._ride(rows)
-        before, (picks, asked) = take_rows(self.attempts, rows, self.count), self._chosen(rows, place[rows])
+        # The belts of rows that try again move on, with their hands.
+        again, retry = rows[self.attempts.tries[rows] > 0], self.config.grasp.retry
+        if again.size > 0:
+            ridden = self._ridden(take(self.picks, again), np.full(len(again), retry))
+            self.picks = replace_rows(self.picks, again, ridden)
+            self.cell.ride(again, retry)
+        source, picks, asked = self.cell.source, take_rows(self.picks, rows, self.count), place[rows]
+        if isinstance(source, GroupPicks):
+            # A cup grasps the object in whose outline it lies deepest, or to whose outline it is nearest.
+            groups = take(source.groups, rows)
+            offset = groups.pick[..., :2] - groups.pick[:, :1, :2]
+            members = range(offset.shape[1])
+            inside = [inside_outline(take(groups.objects, np.s_[:, k]), asked - offset[:, k]) for k in members]
+            chosen = np.argmax(inside, axis=0)
+            asked = asked - offset[np.arange(len(rows)), chosen]
+            picks = self._ridden(take(source.groups, (rows, chosen)), picks.spent)
+        before = take_rows(self.attempts, rows, self.count)
         self.picks = put_rows(self.picks, rows, picks, self.count)
         grasped, at, leak = self._grasper.grasp(picks, asked, before.tries)
         held = picked(grasped, self.config)
@@ -144,15 +163,6 @@ class GraspCore:
         coming = put_rows(picks, over, take_rows(grasped, over, len(rows)), len(rows))
         self.cell.context = put_rows(self.cell.context, rows, coming, self.count)
 
-    def _chosen(self, rows: Ints, place: Floats) -> tuple[Context, Floats]:
-        """The picks of the objects that cups at places (K, 2) [m] grasp in some rows, and the places on the objects."""
-        source, picks = self.cell.source, take_rows(self.picks, rows, self.count)
-        if not isinstance(source, GroupPicks):
-            return picks, place
-        chosen, on_object = chosen_members(take(source.groups, rows), place)
-        members = take(source.groups, (rows, chosen))
-        return self._ridden(members, picks.spent), on_object
-
     def _in_sight(self, rows: Ints) -> tuple[Objects, Floats]:
         """The objects in the pictures of some rows (K, M), and their middles from the first's (K, M, 2) [m]."""
         source = self.cell.source
@@ -160,15 +170,6 @@ class GraspCore:
             groups = take_rows(source.groups, rows, self.count)
             return groups.objects, groups.pick[..., :2] - groups.pick[:, :1, :2]
         return take(self.picks.objects, rows[:, None]), np.zeros((len(rows), 1, 2))
-
-    def _ride(self, rows: Ints) -> None:
-        """Let the belts of rows that try again move on, with their hands."""
-        again = rows[self.attempts.tries[rows] > 0]
-        if again.size == 0:
-            return
-        picks, time = take(self.picks, again), self.config.grasp.retry
-        self.picks = replace_rows(self.picks, again, self._ridden(picks, np.full(len(again), time)))
-        self.cell.ride(again, time)
 
     def _ridden(self, picks: Context, time: Floats) -> Context:
         """Picks that have ridden on with the belt for further times (K,) [s], which count as spent on tries.
@@ -196,7 +197,10 @@ class GraspCore:
         rows, kept, waiting = np.flatnonzero(ends), self.cell.context, np.flatnonzero(~ends)
         throws, slowed = self._grasper.with_pace(take_rows(kept, rows, self.count), wishes.pace[rows])
         carries = ends & self.attempts.holds & ~wishes.rides
-        self.cell.context = _put_down(put_rows(kept, rows, throws, self.count), ~carries)
+        context = put_rows(kept, rows, throws, self.count)
+        # Hands that carry nothing get a draw with which no cup seals.
+        hangs = np.where(carries, context.objects.pick_draw, -1.0)
+        self.cell.context = context.replace(objects=context.objects.replace(pick_draw=hangs))
         pace = self.cell.context.throw_limits.acceleration / T3KR_ACCELERATION
         if waiting.size == 0:
             result = self.throws.step(wishes.residual)
@@ -217,17 +221,6 @@ class GraspCore:
         self.attempts = put_rows(self.attempts, rows, Attempts.none(len(rows)), self.count)
         self._images[rows] = self.pictures.pictures(*self._in_sight(rows))
 
-    def _no_throw(self) -> Step:
-        """The result of a step in which no pick ends."""
-        zeros = np.zeros(self.count)
-        return Step(None, zeros, zeros > 0.0, {})
-
     def view(self) -> ThrowView:
         """Pictures of the cells; row 0 is recorded from now on."""
         return self.cell.view()
-
-
-def _put_down(context: Context, rows: Bools) -> Context:
-    """The picks, of which some rows (N,) carry nothing."""
-    objects = context.objects
-    return context.replace(objects=objects.replace(pick_draw=np.where(rows, -1.0, objects.pick_draw)))

@@ -10,7 +10,6 @@ from pnt_gym.arrays import Bools, Floats, Ints, put_rows, replace_rows, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt.sources import MOST_DRAWS, IndependentPicks
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.hold import inside_outline
 from pnt_gym.cells.conveyor.objects.records import Objects, half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.grasp.config import GraspConfig
@@ -78,15 +77,3 @@ def offsets(objects: Objects) -> Floats:
         away = distance[member][rows, best]
         result[:, member] = away[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
     return result
-
-
-def chosen_members(groups: Context, place: Floats) -> tuple[Ints, Floats]:
-    """Which objects of groups (N, M) cups at places (N, 2) [m] grasp, and the places from those objects' middles.
-
-    A cup grasps the object in whose outline it lies deepest, or to whose outline it is nearest.
-    """
-    offset = groups.pick[..., :2] - groups.pick[:, :1, :2]
-    members = range(offset.shape[1])
-    inside = [inside_outline(take(groups.objects, np.s_[:, k]), place - offset[:, k]) for k in members]
-    chosen = np.argmax(inside, axis=0)
-    return chosen, place - offset[np.arange(len(place)), chosen]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.grasp.config import PIXEL, PIXELS
+from pnt_gym.cells.grasp.config import CHANNELS, PIXEL, PIXELS
 from pnt_gym.cells.grasp.random_kernel import GOLDEN, LOW_16, S16, S32, S48, mix, rough_normal
 from pnt_gym.cells.grasp.rows import Surfaces
 from pnt_gym.cells.grasp.surface_kernel import surface_point
@@ -63,30 +63,6 @@ def _write_object(surfaces: Surfaces, k: int, x: float, y: float, height: Floats
 
 
 @kernel_part
-def _write_scene(surfaces: Surfaces, first: int, middles: Floats, height: Floats, look: Floats) -> None:
-    """Write the belt and M objects on the belt, from a first row on; an object with a NaN for its middle is absent."""
-    height[:] = 0.0
-    look[:] = 0.0
-    look[:, :, 0], look[:, :, 3] = BELT_GRAY, BELT_TEXTURE
-    for k in range(len(middles)):
-        if not math.isnan(middles[k, 0]):
-            _write_object(surfaces, first + k, middles[k, 0], middles[k, 1], height, look)
-
-
-@kernel_part
-def _light(height: Floats, row: int, column: int, gloss: float) -> tuple[float, float]:
-    """Diffuse light on a pixel, and what a glossy surface throws into the camera."""
-    right, down = min(column + 1, PIXELS - 1), min(row + 1, PIXELS - 1)
-    along = (height[row, right] - height[row, column]) / PIXEL
-    across = (height[row, column] - height[down, column]) / PIXEL
-    scale = 1.0 / math.sqrt(1.0 + along * along + across * across)
-    toward = max((LIGHT_Z - along * LIGHT_X - across * LIGHT_Y) * scale, 0.0)
-    # The camera looks straight down: the mirror direction of the lamp is (2 n_z n - z).
-    mirror = max(2.0 * scale * toward - LIGHT_Z, 0.0)
-    return AMBIENT + (1.0 - AMBIENT) * toward, SHINE * gloss * mirror**8
-
-
-@kernel_part
 def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats, is_noisy: bool, key: Any) -> None:
     """Paint a pixel of a picture (5, PIXELS, PIXELS)."""
     gray, warm, gloss, texture = look[0], look[1], look[2], look[3]
@@ -99,7 +75,15 @@ def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats
         red = texture * (2.0 * UNIT_16 * np.int64((bits >> S16) & LOW_16) - 1.0)
         green = texture * (2.0 * UNIT_16 * np.int64((bits >> S32) & LOW_16) - 1.0)
         blue = texture * (2.0 * UNIT_16 * np.int64(bits >> S48) - 1.0)
-    diffuse, mirror = _light(height, row, column, gloss)
+    # Diffuse light on a pixel, and what a glossy surface throws into the camera.
+    right, down = min(column + 1, PIXELS - 1), min(row + 1, PIXELS - 1)
+    along = (height[row, right] - height[row, column]) / PIXEL
+    across = (height[row, column] - height[down, column]) / PIXEL
+    scale = 1.0 / math.sqrt(1.0 + along * along + across * across)
+    toward = max((LIGHT_Z - along * LIGHT_X - across * LIGHT_Y) * scale, 0.0)
+    # The camera looks straight down: the mirror direction of the lamp is (2 n_z n - z).
+    mirror = max(2.0 * scale * toward - LIGHT_Z, 0.0)
+    diffuse, mirror = AMBIENT + (1.0 - AMBIENT) * toward, SHINE * gloss * mirror**8
     image[HEIGHT, row, column] = np.uint8(min(max(depth, 0.0), 255.0) + 0.5) if valid and depth < 255.0 else np.uint8(0)
     image[VALID, row, column] = np.uint8(255) if valid else np.uint8(0)
     image[RED, row, column] = _byte((gray * (1.0 + WARMTH * warm) + red) * diffuse + mirror)
@@ -108,19 +92,26 @@ def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats
 
 
 @kernel
-def paint_rows(surfaces: Surfaces, middles: Floats3, keys: Keys1, is_noisy: bool, images: Bytes4) -> None:
-    """Paint N pictures of M objects each.
+def paint_rows(surfaces: Surfaces, middles: Floats3, keys: Keys1, is_noisy: bool) -> Bytes4:
+    """N pictures of M objects each (N, 5, PIXELS, PIXELS).
 
     Args:
         surfaces: the objects, picture after picture (N * M rows).
         middles: middles of the outlines from the middle of the picture (N, M, 2) [m]; NaN for an absent object.
         keys: keys of the noise (N,).
         is_noisy: whether depths are noisy or lost, and colours noisy.
-        images: written (N, 5, PIXELS, PIXELS).
     """
+    count, objects, _ = middles.shape
+    images = np.empty((count, CHANNELS, PIXELS, PIXELS), np.uint8)
     height, look = np.empty((PIXELS, PIXELS)), np.empty((PIXELS, PIXELS, 4))
-    for n in range(len(images)):
-        _write_scene(surfaces, n * middles.shape[1], middles[n], height, look)
+    for n in range(count):
+        height[:], look[:] = 0.0, 0.0
+        look[:, :, 0], look[:, :, 3] = BELT_GRAY, BELT_TEXTURE
+        for k in range(objects):
+            x, y = middles[n, k, 0], middles[n, k, 1]
+            if not math.isnan(x):
+                _write_object(surfaces, n * objects + k, x, y, height, look)
         for row in range(PIXELS):
             for column in range(PIXELS):
                 _paint_pixel(images[n], row, column, height, look[row, column], is_noisy, keys[n])
+    return images

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp import image_kernel
-from pnt_gym.cells.grasp.config import CHANNELS, PIXEL, PIXELS
+from pnt_gym.cells.grasp.config import PIXEL, PIXELS
 from pnt_gym.cells.grasp.rows import SurfaceTable
 from pnt_gym.cells.grasp.surfaces import Keys, draw_surfaces
 
 Bytes = NDArray[np.uint8]
 
 
-def draw_images(table: SurfaceTable, objects: Objects, middles: Floats, noise_keys: Keys) -> Bytes:
-    """Pictures of objects, with the noise of the camera.
+def draw_images(table: SurfaceTable, objects: Objects, middles: Floats, noise_keys: Keys | None = None) -> Bytes:
+    """Pictures of objects, with the noise of the camera or without it.
 
     Glossy surfaces have noisier depths and more pixels without a depth.
 
@@ -27,29 +25,18 @@ def draw_images(table: SurfaceTable, objects: Objects, middles: Floats, noise_ke
         objects: M objects in each of N pictures (N, M).
         middles: true middles of their outlines from the middle of the picture, along the world's axes (N, M, 2) [m];
             NaN for an object that is absent.
-        noise_keys: keys of the noise (N,), see `object_keys`.
+        noise_keys: keys of the noise (N,), see `object_keys`; None for pictures without noise.
 
     Returns:
         (N, 5, 48, 48): height above the belt [mm], 255 where the depth is valid, else 0, red, green, blue. The columns
         go along the belt, the rows from larger to smaller y.
     """
-    return _paint(table, objects, middles, noise_keys, is_noisy=True)
-
-
-def clean_images(table: SurfaceTable, objects: Objects, middles: Floats) -> Bytes:
-    """Pictures as of `draw_images`, without noise."""
-    return _paint(table, objects, middles, np.zeros(len(middles), dtype=np.uint64), is_noisy=False)
+    surfaces = draw_surfaces(table, objects).flat()
+    keys = np.zeros(len(middles), dtype=np.uint64) if noise_keys is None else np.ascontiguousarray(noise_keys)
+    return image_kernel.paint_rows(surfaces, np.ascontiguousarray(middles), keys, noise_keys is not None)
 
 
 def pixel_places() -> Floats:
     """Middles of the pixels from the middle of a picture, along the world's axes (48, 48, 2) [m]."""
     line = PIXEL * (np.arange(PIXELS) - (PIXELS - 1) / 2.0)
     return np.stack(np.broadcast_arrays(line[None, :], -line[:, None]), axis=-1)
-
-
-def _paint(table: SurfaceTable, objects: Objects, middles: Floats, keys: Any, is_noisy: bool) -> Bytes:
-    """Pictures with or without noise."""
-    images = np.empty((len(middles), CHANNELS, PIXELS, PIXELS), dtype=np.uint8)
-    surfaces = draw_surfaces(table, objects).flat()
-    image_kernel.paint_rows(surfaces, np.ascontiguousarray(middles), np.ascontiguousarray(keys), is_noisy, images)
-    return images

@@ -27,16 +27,6 @@ U_ZONES = U_WAVES + 3 * WAVES
 
 
 @kernel_part
-def _write_waves(key: Any, wavelength: float, body: Any) -> None:
-    """Write directions, lengths (0.7 to 1.4 times the wavelength) and phases of an object's waves."""
-    for wave in range(WAVES):
-        heading = math.pi * (wave + uniform(key, U_WAVES + 3 * wave)) / WAVES
-        number = 2.0 * math.pi / (wavelength * (0.7 + 0.7 * uniform(key, U_WAVES + 3 * wave + 1)))
-        body.wave_x[wave], body.wave_y[wave] = number * math.cos(heading), number * math.sin(heading)
-        body.phase[wave] = 2.0 * math.pi * uniform(key, U_WAVES + 3 * wave + 2)
-
-
-@kernel_part
 def _place(at: float, extent: float, spread: float, draw: float) -> float:
     """Middle of a zone in shares of a half extent of the item: as near its place as the zone stays on the item."""
     room = max(1.0 - extent, 0.0)
@@ -76,7 +66,12 @@ def draw_rows(kind: Ints1, keys: Keys1, table: SurfaceTable, surfaces: Surfaces)
         for part in range(4):
             body.look[part] = item.look[part]
         body.look[0] = min(max(item.look[0] + lighter, 0.0), 1.0)
-        _write_waves(key, item.wavelength, body)
+        # Directions, lengths (0.7 to 1.4 times the wavelength) and phases of the waves.
+        for wave in range(WAVES):
+            heading = math.pi * (wave + uniform(key, U_WAVES + 3 * wave)) / WAVES
+            number = 2.0 * math.pi / (item.wavelength * (0.7 + 0.7 * uniform(key, U_WAVES + 3 * wave + 1)))
+            body.wave_x[wave], body.wave_y[wave] = number * math.cos(heading), number * math.sin(heading)
+            body.phase[wave] = 2.0 * math.pi * uniform(key, U_WAVES + 3 * wave + 2)
         along = end * item.com * body.size[0]
         body.com[0], body.com[1] = along * math.cos(body.yaw), along * math.sin(body.yaw)
         count = 0

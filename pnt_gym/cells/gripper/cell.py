@@ -59,7 +59,21 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
         self.item_names = self.target_names = config.items  # a compartment is called by what belongs in it
         self.dwell = config.grip.closing + config.grip.hold
         self.planner = TossPlanner(config)
-        self._check_reach()
+        # Check throws of every kind from a grid of picks; between grid points reach is safe by a wide margin.
+        table, items = self.config.table, self.config.items
+        axes = np.linspace(*table.pick_x, _PROBES), np.linspace(*table.pick_y, _PROBES)
+        place = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+        kind = np.repeat(np.arange(len(items)), len(place))
+        places = np.tile(place, (len(items), 1))
+        plans = self.planner.plan(kind, places)
+        missed = np.flatnonzero(~plans.feasible)
+        if missed.size > 0:
+            row = int(missed[0])
+            x, y = places[row]
+            raise ConfigError(
+                f"cell {self.config.name!r}: the {items[int(kind[row])]} cannot be brought from x {x:.3f} m, "
+                f"y {y:.3f} m to its compartment: {self.planner.fault(plans, row)}"
+            )
         self.plant = GripperPlant(config, count, threads)
         feature_table(config)  # tells of an unknown feature now and not at the first throw
         self.context = self.first(np.arange(count))
@@ -106,23 +120,6 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
     def target(self, row: int) -> Floats:
         """Target of the coming throw (3,) [m]."""
         return self.context.target[row]
-
-    def _check_reach(self) -> None:
-        """Check throws of every kind from a grid of picks; between grid points reach is safe by a wide margin."""
-        table, items = self.config.table, self.config.items
-        axes = np.linspace(*table.pick_x, _PROBES), np.linspace(*table.pick_y, _PROBES)
-        place = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-        kind = np.repeat(np.arange(len(items)), len(place))
-        places = np.tile(place, (len(items), 1))
-        plans = self.planner.plan(kind, places)
-        missed = np.flatnonzero(~plans.feasible)
-        if missed.size > 0:
-            row = int(missed[0])
-            x, y = places[row]
-            raise ConfigError(
-                f"cell {self.config.name!r}: the {items[int(kind[row])]} cannot be brought from x {x:.3f} m, "
-                f"y {y:.3f} m to its compartment: {self.planner.fault(plans, row)}"
-            )
 
     def first(self, rows: Ints) -> Context:
         """Coming throws of some rows, independent of the previous throws."""

@@ -250,11 +250,7 @@ class GripperConfig(ItemsConfig):
                 f"tray.rim is {self.tray.rim} m; it must lie below the claws at the release, "
                 f"which end at {self._lowest_release():.3f} m"
             )
-        self._check_tray_clear()
-        return self
-
-    def _check_tray_clear(self) -> None:
-        """Check that the tray does not stand in the table; lower than the table and beneath it is allowed."""
+        # Check that the tray does not stand in the table; lower than the table and beneath it is allowed.
         tray, table = self.tray, self.table
         long, wide = tray.opening[0] + 2.0 * tray.wall, len(self.items) * (tray.opening[1] + tray.wall) + tray.wall
         x, y = (tray.x - long / 2.0, tray.x + long / 2.0), (tray.y - wide / 2.0, tray.y + wide / 2.0)
@@ -263,6 +259,7 @@ class GripperConfig(ItemsConfig):
                 f"the tray spans x {x[0]:.3f} to {x[1]:.3f} m and stands in the table, which spans {table.x[0]:.3f} to "
                 f"{table.x[1]:.3f} m; move it off"
             )
+        return self
 
     def _lowest_release(self) -> float:
         """Lower edge of the claws at the release [m]."""

@@ -57,7 +57,15 @@ class Conveyor(Section):
     def sections(self, site: ConveyorSite, items: Sequence[str]) -> dict[str, dict[str, Any]]:
         """Sections `table`, `tray` and `errors` from the conveyor cell, for a robot that picks some of its items."""
         picked = [item for name, item in site.item_definitions().items() if name in items] or site.item_list()
-        tray = self._tray(site, max(max(item.size) for item in picked))
+        # Compartments of the size of the largest bin, for items up to a length [m], turned like the robot.
+        longest = max(max(item.size) for item in picked)
+        bins = site.bins
+        if bins.random is None:
+            side = max(b.size[1] for b in bins.fixed), max(b.size[0] for b in bins.fixed)
+        else:
+            largest = max(bins.random.side[1], longest + bins.random.item_clearance)
+            side = largest, largest
+        tray = {"rim": bins.rim - self.origin[2], "depth": bins.depth, "opening": side, "wall": bins.wall}
         return {"table": self._table(site), "tray": tray, "errors": _errors(site)}
 
     def _table(self, cell: SortingLine) -> dict[str, Any]:
@@ -73,16 +81,6 @@ class Conveyor(Section):
             "travel_deg": _TRAVEL,
             "camera": belt.camera_x - x,
         }
-
-    def _tray(self, cell: SortingLine, longest: float) -> dict[str, Any]:
-        """Compartments of the size of the largest bin, for items up to a length [m], turned like the robot."""
-        bins = cell.bins
-        if bins.random is None:
-            side = max(b.size[1] for b in bins.fixed), max(b.size[0] for b in bins.fixed)
-        else:
-            largest = max(bins.random.side[1], longest + bins.random.item_clearance)
-            side = largest, largest
-        return {"rim": bins.rim - self.origin[2], "depth": bins.depth, "opening": side, "wall": bins.wall}
 
 
 def _errors(cell: SortingLine) -> dict[str, float]:

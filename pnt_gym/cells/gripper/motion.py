@@ -118,7 +118,14 @@ class TossPlans:
         along = np.minimum(t, self.grip_time[:, None]) + self.move_time[:, None] * fading_travel(moving)
         position = self.pick[:, None] + along[..., None] * self.belt[:, None]
         position = position + ease(moving)[..., None] * (self.start - self.pick - self.belt_travel)[:, None]
-        position = position + self._line_progress(t - self.line_time[:, None])[..., None] * self.velocity[:, None]
+        # The path length on the line, divided by the full speed [s].
+        ramp, on_line = np.maximum(self.ramp, 1e-9)[:, None], t - self.line_time[:, None]
+        flat = (self.before + self.after)[:, None]
+        # Braking is the ramp backwards: the way at full speed less the way of a ramp.
+        up, down = np.clip(on_line / ramp, 0.0, 1.0), np.clip((on_line - flat) / ramp - 1.0, 0.0, 1.0)
+        level = np.clip(on_line - ramp, 0.0, flat)
+        progress = ramp * _ramp_travel(up) + level + ramp * (down - _ramp_travel(down))
+        position = position + progress[..., None] * self.velocity[:, None]
         open_angle, closed_angle, _, release_angle = self.theta.T[:, :, None]
         closing_share = ease(t / self.closing[:, None])
         opening_share = ease((t - (self.open_time + opening_delay)[:, None]) / self.opening[:, None])
@@ -126,15 +133,6 @@ class TossPlans:
             open_angle + closing_share * (closed_angle - open_angle) + opening_share * (release_angle - closed_angle)
         )
         return np.concatenate([position, theta[..., None]], axis=-1)
-
-    def _line_progress(self, t: Floats) -> Floats:
-        """Path length on the line at times, divided by the full speed (N, S) [s]."""
-        ramp = np.maximum(self.ramp, 1e-9)[:, None]
-        flat = (self.before + self.after)[:, None]
-        # Braking is the ramp backwards: the way at full speed less the way of a ramp.
-        up, down = np.clip(t / ramp, 0.0, 1.0), np.clip((t - flat) / ramp - 1.0, 0.0, 1.0)
-        level = np.clip(t - ramp, 0.0, flat)
-        return ramp * _ramp_travel(up) + level + ramp * (down - _ramp_travel(down))
 
 
 def ease(share: Floats) -> Floats:

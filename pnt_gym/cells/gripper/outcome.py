@@ -7,8 +7,8 @@ from typing import Final, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.energy import loads_of_steps
+from pnt_gym.arrays import Bools, Floats, Ints, in_order
+from pnt_gym.cells.base import recorded
 from pnt_gym.cells.base.flight import Landed, ObjectFlight
 from pnt_gym.cells.base.plant import touching
 from pnt_gym.cells.gripper.config import GripperConfig
@@ -42,10 +42,10 @@ class RecordedThrows:
     peak_torque: Floats
     """Largest motor torque (N,) [N m]."""
     energy: Floats
-    """Positive mechanical work of the motors in the simulated throw (N,) [J], see `cells.base.energy`."""
+    """Positive mechanical work of the motors in the simulated throw (N,) [J], see `cells.base.recorded`."""
 
     @classmethod
-    def from_sensors(cls, sensordata: Floats, speed: Floats, plans: TossPlans, last_step: Ints, step: float) -> Self:
+    def of(cls, sensordata: Floats, speed: Floats, plans: TossPlans, last_step: Ints, step: float) -> Self:
         """Throws from recorded sensordata (N, M, columns of `SENSORS`).
 
         Args:
@@ -61,8 +61,21 @@ class RecordedThrows:
         touch = touching(pads[..., 0:2]) | touching(pads[..., 2:4])
         grip_step = np.minimum(np.ceil(plans.grip_time / step).astype(np.int64), last_step)
         open_step = np.clip(np.floor(plans.open_time / step).astype(np.int64), grip_step, last_step)
-        release = _free_step(touch, grip_step, last_step, round(BRUSHING / step))
-        relative_position, off_table_step = position - hand, _off_table_step(position[..., 2], grip_step, open_step)
+        # First step after the grip from which no pad touches the object for `window` steps (N,).
+        window = round(BRUSHING / step)
+        steps = np.arange(touch.shape[1], dtype=np.int64)
+        total = np.zeros((len(touch), touch.shape[1] + 1), dtype=np.int64)
+        np.cumsum(touch, axis=1, out=total[:, 1:])
+        ahead = np.minimum(steps + window, touch.shape[1])
+        free = (total[:, ahead] == total[:, :-1]) & (steps >= grip_step[:, None]) & (steps <= last_step[:, None])
+        release = np.where(free.any(axis=1), free.argmax(axis=1), last_step)
+        # First step after the grip with the object off the table (N,); the opening's step if it stays on the table.
+        height = position[..., 2]
+        steps = np.arange(height.shape[1], dtype=np.int64)
+        is_off = (height > height[:, :1] + OFF_TABLE) & (steps >= grip_step[:, None]) & (steps < open_step[:, None])
+        off_table_step = np.where(is_off.any(axis=1), is_off.argmax(axis=1), open_step)
+        relative_position = position - hand
+        torque = sensordata[..., SENSORS["torque"]]
         return cls(
             flight=ObjectFlight(
                 position=position,
@@ -76,8 +89,8 @@ class RecordedThrows:
             release_time=np.asarray(release * step, dtype=np.float64),
             lifted=position[rows, open_step, 2] - position[rows, 0, 2],
             slip=np.hypot(*(relative_position[rows, open_step] - relative_position[rows, off_table_step])[:, [0, 2]].T),
-            peak_torque=np.abs(sensordata[..., SENSORS["torque"]]).max(axis=(1, 2)),
-            energy=loads_of_steps(sensordata[..., SENSORS["torque"]], speed, last_step + 1, step)[1],
+            peak_torque=np.abs(torque).max(axis=(1, 2)),
+            energy=recorded.loads_of_steps(*in_order(torque, speed, last_step + 1), step)[1],
         )
 
 
@@ -123,20 +136,3 @@ def judge(throws: RecordedThrows, plans: TossPlans, config: GripperConfig, retur
         peak_torque=throws.peak_torque,
         energy=throws.energy,
     )
-
-
-def _off_table_step(height: Floats, grip_step: Ints, open_step: Ints) -> Ints:
-    """First step after the grip with the object off the table (N,); the opening's step if it stays on the table."""
-    steps = np.arange(height.shape[1], dtype=np.int64)
-    is_off = (height > height[:, :1] + OFF_TABLE) & (steps >= grip_step[:, None]) & (steps < open_step[:, None])
-    return np.where(is_off.any(axis=1), is_off.argmax(axis=1), open_step)
-
-
-def _free_step(touch: Bools, grip_step: Ints, last_step: Ints, window: int) -> Ints:
-    """First step after the grip from which no pad touches the object for `window` steps (N,)."""
-    steps = np.arange(touch.shape[1], dtype=np.int64)
-    total = np.zeros((len(touch), touch.shape[1] + 1), dtype=np.int64)
-    np.cumsum(touch, axis=1, out=total[:, 1:])
-    ahead = np.minimum(steps + window, touch.shape[1])
-    free = (total[:, ahead] == total[:, :-1]) & (steps >= grip_step[:, None]) & (steps <= last_step[:, None])
-    return np.where(free.any(axis=1), free.argmax(axis=1), last_step)

@@ -56,7 +56,21 @@ class TossPlanner:
         self.targets = config.tray.centres(len(config.items))
         grip, claws = config.grip, build.claws
         _check_widths(config, claws, self.dimensions)
-        _check_angles(config, claws, self.dimensions)
+        # Check that the open claws need no angle outside the range of the platform's halves.
+        grip, (low, high) = config.grip, np.rad2deg(self.dimensions.theta)
+        singular = float(np.rad2deg(singular_angle(self.dimensions.home[:3], self.dimensions)))
+        valid = f"the platform's halves turn from {low:g} to {high:g} deg"
+        if singular <= high:
+            high, valid = singular, f"{valid}, and from {singular:.1f} deg on the motors lose hold of them"
+        if not low <= grip.open_deg <= high:
+            raise ConfigError(f"cell {config.name!r}: grip.open_deg is {grip.open_deg:g} deg; {valid}")
+        for item in config.item_list():
+            angle = float(np.rad2deg(claws.contact_theta(np.asarray(item.size[1])))) + grip.release_deg
+            if angle > high:
+                raise ConfigError(
+                    f"cell {config.name!r}: grip.release_deg is {grip.release_deg:g} deg, which opens the claws to "
+                    f"{angle:.1f} deg around the {item.name}; {valid}"
+                )
         self._top = claws.length + claws.pad[2] / 2.0 + grip.clearance
         self._belt = config.table.speed * config.table.travel
         contact = claws.contact_theta(np.array([i.size[1] for i in config.item_list()]))
@@ -109,7 +123,13 @@ class TossPlanner:
         heading = plans.heading
         left = np.stack([-heading[:, 1], heading[:, 0], np.zeros(count)], axis=-1)
         plans = replace(plans, release=release + shift[:, :1] * heading + shift[:, 1:2] * left)
-        plans = replace(plans, move_time=self._move_time(plans))
+        # Duration of the move to the line at the allowed motor speed (N,) [s]; 1 out of reach.
+        still = replace(plans, belt=np.zeros_like(plans.belt))
+        # Without a belt, speeds are proportional to 1 / time, so one iteration is exact.
+        time = self._next_move_time(still, np.ones_like(plans.move_time))
+        for _ in range(_ROUNDS if self._belt.any() else 0):
+            time = self._next_move_time(plans, time)
+        plans = replace(plans, move_time=time)
         return replace(plans, feasible=~np.any(list(self._faults(plans).values()), axis=0))
 
     def fault(self, plans: TossPlans, row: int) -> str:
@@ -129,14 +149,7 @@ class TossPlanner:
             release = target.copy()
             release[:, 2] = self.config.motion.drop_height
             return release, np.zeros_like(release), _fall(release[:, 2] - hang - target[:, 2], np.zeros_like(hang))
-        release, velocity = self._candidates(target, hang)
-        load = self._speed_share(kind, release, velocity)
-        rows, best = np.arange(len(kind)), load.argmin(axis=1)
-        release, velocity = release[rows, best], velocity[rows, best]
-        return release, velocity, _fall(release[:, 2] - hang - target[:, 2], velocity[:, 2])
-
-    def _candidates(self, target: Floats, hang: Floats) -> tuple[Floats, Floats]:
-        """Release points and velocities (N, G, 3) whose drag-free flights meet the targets."""
+        # Release points and velocities (N, G, 3) whose drag-free flights meet the targets.
         x, elevation = self._grid
         motion, shape = self.config.motion, (len(target), x.size)
         release = np.empty((*shape, 3))
@@ -151,26 +164,17 @@ class TossPlanner:
         level = distance * np.sqrt(GRAVITY / (2.0 * (distance * tan + drop)))
         velocity = way * (level / distance)[..., None]
         velocity[..., 2] = level * np.broadcast_to(np.sin(elevation) / cos, shape)
-        return release, velocity
-
-    def _speed_share(self, kind: Ints, release: Floats, velocity: Floats) -> Floats:
-        """Largest motor speed on each candidate's line over its limit (N, G); infinite out of reach."""
+        # Largest motor speed on each candidate's line over its limit (N, G); infinite out of reach.
         speed, motion = length(velocity), self.config.motion
         ramp = 0.75 * speed / motion.acceleration
         times = np.stack([-ramp - motion.before, np.zeros_like(ramp), ramp + motion.after], axis=-1)
         points = release[..., None, :] + times[..., None] * velocity[..., None, :]
         theta = np.broadcast_to(self.theta[kind][:, None, [1, 2, 3]], points.shape[:-1])
         fastest = self._speed(points, theta[..., None], velocity[..., None, :])
-        return np.where(np.isnan(fastest), np.inf, fastest / self.motor_speed)
-
-    def _move_time(self, plans: TossPlans) -> Floats:
-        """Duration of the move to the line at the allowed motor speed (N,) [s]; 1 out of reach."""
-        still = replace(plans, belt=np.zeros_like(plans.belt))
-        # Without a belt, speeds are proportional to 1 / time, so one iteration is exact.
-        time = self._next_move_time(still, np.ones_like(plans.move_time))
-        for _ in range(_ROUNDS if self._belt.any() else 0):
-            time = self._next_move_time(plans, time)
-        return time
+        load = np.where(np.isnan(fastest), np.inf, fastest / self.motor_speed)
+        rows, best = np.arange(len(kind)), load.argmin(axis=1)
+        release, velocity = release[rows, best], velocity[rows, best]
+        return release, velocity, _fall(release[:, 2] - hang - target[:, 2], velocity[:, 2])
 
     def _next_move_time(self, plans: TossPlans, time: Floats) -> Floats:
         """Next iterate of a move's duration, from motor speed and path at the present duration (N,) [s]."""
@@ -200,8 +204,18 @@ class TossPlanner:
     def _faults(self, plans: TossPlans) -> dict[str, Bools]:
         """Possible faults of plans, and whether each plan has them (N,)."""
         motion, motor_limit = self.config.motion, self.motor_speed
-        move, line = self._move_speed(plans, plans.move_time), self._line_speed(plans)
-        first, last = self._follow_speeds(plans)
+        # Speed of the fastest motor on the line, claws closed and open (N,) [rad/s]; NaN out of reach.
+        share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
+        points = plans.start[:, None] + share * (plans.end - plans.start)[:, None]
+        speeds = [
+            self._speed(points, np.broadcast_to(theta, (*points.shape[:-1], 1)), plans.velocity[:, None])
+            for theta in (plans.theta[:, None, 1:2], plans.theta[:, None, 3:4])
+        ]
+        move, line = self._move_speed(plans, plans.move_time), np.maximum(*speeds)
+        # Speed of the fastest motor, claws open or closed, at the beginning of closing and of the lift.
+        points, rate = np.repeat(plans.pick[:, None], 2, axis=1), plans.belt[:, None]
+        later = points + plans.grip_time[:, None, None] * rate
+        first, last = (self._speed(places, plans.theta[:, :2, None], rate) for places in (points, later))
         return {
             "the robot does not reach the grip": np.isnan(first),
             "the belt carries the object out of the robot's reach before it is gripped": np.isnan(last),
@@ -213,58 +227,14 @@ class TossPlanner:
             "the motors are too slow for the throw": line > motion.line_speed_share * motor_limit,
         }
 
-    def _follow_speeds(self, plans: TossPlans) -> tuple[Floats, Floats]:
-        """Speed of the fastest motor, claws open or closed, at the beginning of closing and of the lift.
-
-        (N,) each [rad/s]; NaN out of reach.
-        """
-        points, rate = np.repeat(plans.pick[:, None], 2, axis=1), plans.belt[:, None]
-        later = points + plans.grip_time[:, None, None] * rate
-        return self._speed(points, plans.theta[:, :2, None], rate), self._speed(later, plans.theta[:, :2, None], rate)
-
-    def _line_speed(self, plans: TossPlans) -> Floats:
-        """Speed of the fastest motor on the line, claws closed and open (N,) [rad/s]; NaN out of reach."""
-        share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
-        points = plans.start[:, None] + share * (plans.end - plans.start)[:, None]
-        speeds = [
-            self._speed(points, np.broadcast_to(theta, (*points.shape[:-1], 1)), plans.velocity[:, None])
-            for theta in (plans.theta[:, None, 1:2], plans.theta[:, None, 3:4])
-        ]
-        return np.maximum(*speeds)
-
     def _speed(self, points: Floats, theta: Floats, rate: Floats) -> Floats:
         """Fastest motor's speed (...,) [rad/s] at points (..., S, 3) of velocities (..., S or 1, 3), or NaN."""
         rate = np.concatenate([rate, np.zeros_like(rate[..., :1])], axis=-1)
-        return _motor_speed(np.concatenate([points, theta], axis=-1), rate, self.dimensions).max(axis=-1)
-
-
-def _motor_speed(poses: Floats, rate: Floats, dimensions: Dimensions) -> Floats:
-    """Fastest motor's speed (...,) [rad/s] in poses (..., 4) that move at rates (..., 4); NaN out of reach."""
-    q = inverse_kinematics(poses, dimensions, strokes=True)
-    speeds = (inverse_jacobian(poses, dimensions) @ np.broadcast_to(rate, poses.shape)[..., None])[..., 0]
-    return np.where(np.isnan(q[..., 0]), np.nan, np.abs(speeds).max(axis=-1))
-
-
-def _check_angles(config: GripperConfig, claws: Claws, dimensions: Dimensions) -> None:
-    """Check that the open claws need no angle outside the range of the platform's halves.
-
-    Raises:
-        ConfigError: an angle is out of range.
-    """
-    grip, (low, high) = config.grip, np.rad2deg(dimensions.theta)
-    singular = float(np.rad2deg(singular_angle(dimensions.home[:3], dimensions)))
-    valid = f"the platform's halves turn from {low:g} to {high:g} deg"
-    if singular <= high:
-        high, valid = singular, f"{valid}, and from {singular:.1f} deg on the motors lose hold of them"
-    if not low <= grip.open_deg <= high:
-        raise ConfigError(f"cell {config.name!r}: grip.open_deg is {grip.open_deg:g} deg; {valid}")
-    for item in config.item_list():
-        angle = float(np.rad2deg(claws.contact_theta(np.asarray(item.size[1])))) + grip.release_deg
-        if angle > high:
-            raise ConfigError(
-                f"cell {config.name!r}: grip.release_deg is {grip.release_deg:g} deg, which opens the claws to "
-                f"{angle:.1f} deg around the {item.name}; {valid}"
-            )
+        # Fastest motor's speed (...,) [rad/s] in poses (..., 4) that move at rates (..., 4); NaN out of reach.
+        poses = np.concatenate([points, theta], axis=-1)
+        q = inverse_kinematics(poses, self.dimensions, strokes=True)
+        speeds = (inverse_jacobian(poses, self.dimensions) @ np.broadcast_to(rate, poses.shape)[..., None])[..., 0]
+        return np.where(np.isnan(q[..., 0]), np.nan, np.abs(speeds).max(axis=-1)).max(axis=-1)
 
 
 def _check_widths(config: GripperConfig, claws: Claws, dimensions: Dimensions) -> None:

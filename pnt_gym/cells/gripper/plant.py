@@ -12,8 +12,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.alone import write_object
-from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
+from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia, write_object
 from pnt_gym.cells.base.plant import Plant, roll_out, step_counts
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.gripper.config import GripperConfig
@@ -63,16 +62,22 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
             plan = start, plans.velocity[row], plans.flight_time[row]
             self.record_throw(self.scene.object_body, control[row, : steps[row]], plan, plans.target[row])
         record = roll_out(self.batch, control, steps, ("sensordata", "qvel"))
-        return RecordedThrows.from_sensors(
-            record["sensordata"], record["qvel"][..., self.motors], plans, steps - 1, step
-        )
+        return RecordedThrows.of(record["sensordata"], record["qvel"][..., self.motors], plans, steps - 1, step)
 
     def write(self, context: Context, plans: TossPlans) -> None:
         """Set up the simulations: robot above its object, object on the table."""
         batch, scene, hidden = self.batch, self.scene, context.hidden
         upright = self._upright[context.kind]
         full = lying_size(hidden.shape, hidden.size)
-        self._write_models(hidden, full)
+        # Each simulation's object: shape, size, mass, drag and grip.
+        rows, shape = np.arange(len(full)), hidden.shape
+        inertia, fluid = solid_shell_inertia(hidden.mass, full, shape), fluid_coefficients(shape, full, hidden.drag)
+        ids, placement = (scene.object_body, scene.object_geom), geom_placement(shape, full)
+        write_object(batch, rows, *ids, hidden.mass, inertia, placement, fluid)
+        friction = batch.expand("geom_friction")
+        for pad in scene.pads:
+            friction[:, pad, 0] = hidden.friction
+        batch.set_const()
         batch.expand("geom_rgba")[:, scene.object_geom] = ITEM_RGBA.take(context.kind, axis=0, mode="wrap")
         batch.state[:] = 0.0
         qpos = batch.bind("qpos")
@@ -82,34 +87,26 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
         qpos[:, first : first + 2] = context.place + hidden.offset
         height = np.where(upright, full[:, 0], full[:, 2])
         qpos[:, first + 2] = self.config.table.height + height / 2.0 + _GAP
-        qpos[:, first + 3 : first + 7] = _attitude(hidden.yaw, upright)
+        # Quaternions (N, 4) of a turn about the vertical, for upright objects after turning the body's x axis up.
+        # Half of a turn by -90 degrees about y, which lifts the body's x axis.
+        tilt = np.where(upright, -np.pi / 4.0, 0.0)
+        cos, sin = np.cos(hidden.yaw / 2.0), np.sin(hidden.yaw / 2.0)
+        c, s = np.cos(tilt), np.sin(tilt)
+        qpos[:, first + 3 : first + 7] = np.stack([cos * c, -sin * s, cos * s, sin * c], axis=-1)
         batch.bind("eq_active")[:] = 1.0
         if hidden.belt_speed is not None:
-            self._set_in_motion(start, plans.belt, hidden.belt_speed)
-
-    def _set_in_motion(self, start: Floats, velocity: Floats, speed: Floats) -> None:
-        """Set the true speed (N,) of belt and object, and the planned velocity (N, 3) of the robot."""
-        batch, scene, travel = self.batch, self.scene, self.config.table.travel
-        batch.expand("geom_surfacevel")[:, scene.table, :3] = speed[:, None] * travel
-        rate = np.column_stack([velocity, np.zeros(len(speed))])
-        pose_after, pose_before = (closed_pose(start + sign * rate, self._dimensions) for sign in (_INSTANT, -_INSTANT))
-        qvel = batch.bind("qvel")
-        first = pose_after.shape[1]
-        # Joint speeds that keep the loops closed: a central difference of closed poses.
-        qvel[:, :first] = (pose_after - pose_before) / (2.0 * _INSTANT)
-        qvel[:, first : first + 3] = speed[:, None] * travel
-
-    def _write_models(self, hidden: Hidden, full: Floats) -> None:
-        """Set each simulation's object: shape, size, mass, drag and grip."""
-        batch, scene = self.batch, self.scene
-        rows, shape = np.arange(len(full)), hidden.shape
-        inertia, fluid = solid_shell_inertia(hidden.mass, full, shape), fluid_coefficients(shape, full, hidden.drag)
-        ids, placement = (scene.object_body, scene.object_geom), geom_placement(shape, full)
-        write_object(batch, rows, *ids, hidden.mass, inertia, placement, fluid)
-        friction = batch.expand("geom_friction")
-        for pad in self.scene.pads:
-            friction[:, pad, 0] = hidden.friction
-        batch.set_const()
+            # The true speed of belt and object, and the planned velocity of the robot.
+            travel = self.config.table.travel
+            batch.expand("geom_surfacevel")[:, scene.table, :3] = hidden.belt_speed[:, None] * travel
+            rate = np.column_stack([plans.belt, np.zeros(len(hidden.belt_speed))])
+            pose_after, pose_before = (
+                closed_pose(start + sign * rate, self._dimensions) for sign in (_INSTANT, -_INSTANT)
+            )
+            qvel = batch.bind("qvel")
+            joints = pose_after.shape[1]
+            # Joint speeds that keep the loops closed: a central difference of closed poses.
+            qvel[:, :joints] = (pose_after - pose_before) / (2.0 * _INSTANT)
+            qvel[:, joints : joints + 3] = hidden.belt_speed[:, None] * travel
 
     def _controls(self, plans: TossPlans, kind: Ints, hidden: Hidden, steps: int) -> Floats:
         """References and active equalities (N, steps, nu + neq)."""
@@ -125,12 +122,3 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
         control[:, :moving, : int(model.nu)] = references.controls()
         control[:, moving:, : int(model.nu)] = control[:, moving - 1 : moving, : int(model.nu)]
         return control
-
-
-def _attitude(yaw: Floats, upright: Floats) -> Floats:
-    """Quaternions (N, 4) of a turn about the vertical, for upright objects after turning the body's x axis up."""
-    # Half of a turn by -90 degrees about y, which lifts the body's x axis.
-    tilt = np.where(upright, -np.pi / 4.0, 0.0)
-    cos, sin = np.cos(yaw / 2.0), np.sin(yaw / 2.0)
-    c, s = np.cos(tilt), np.sin(tilt)
-    return np.stack([cos * c, -sin * s, cos * s, sin * c], axis=-1)

@@ -87,7 +87,21 @@ def build_scene(config: GripperConfig) -> Scene:
     _add_tray(spec, config, floor)
     robot = add_gripper(spec, dimensions, build)
     # Bounds are compiled once, so they hold the largest of all items.
-    _add_object(spec, max(_LARGEST, *(max(item.size) for item in config.item_list())))
+    # Add a free body whose frame is at its centre of mass, with one geom of any shape.
+    half = max(_LARGEST, *(max(item.size) for item in config.item_list()))
+    # Mass, inertia and size stand in until the plant writes those of each object.
+    add_free_object(
+        spec,
+        0.005,
+        1e-6,
+        half,
+        contype=_OBJECT_BIT,
+        conaffinity=PAD_BIT,
+        condim=3,
+        friction=[0.5, 0.005, 0.0001],
+        solref=SURROUNDINGS_SOLREF,
+        group=2,
+    )
     _add_sensors(spec, robot)
     spec.option.tolerance = _TOLERANCE
     model = spec.compile()
@@ -177,23 +191,6 @@ def _add_tray(spec: MjSpec, config: GripperConfig, floor: float) -> None:
             solref=SURROUNDINGS_SOLREF,
             group=1,
         )
-
-
-def _add_object(spec: MjSpec, half: float) -> None:
-    """Add a free body whose frame is at its centre of mass, with one geom of any shape."""
-    # Mass, inertia and size stand in until the plant writes those of each object.
-    add_free_object(
-        spec,
-        0.005,
-        1e-6,
-        half,
-        contype=_OBJECT_BIT,
-        conaffinity=PAD_BIT,
-        condim=3,
-        friction=[0.5, 0.005, 0.0001],
-        solref=SURROUNDINGS_SOLREF,
-        group=2,
-    )
 
 
 def _add_sensors(spec: MjSpec, robot: Gripper4Handles) -> None:

@@ -125,7 +125,13 @@ def record_cycle(
         recording: recording of the simulated throw; None where the throw was not simulated.
     """
     context = decision.context
-    approach = _approach_track(decision, tip, mover)
+    # The hand moves to its object, and along with the object until the lift.
+    _, back = mover.meet(ThrowMotion.resting(decision.hand), decision.place, context.limits)
+    path = JerkTrajectory.concatenate(decision.hand, [back], rides=True)
+    moments = _sample_times(0.0, decision.lift - decision.start)
+    share = np.minimum(moments / max(path.duration[0], SAMPLE_TIME), 1.0)[:, None]
+    offset = tip + share * (context.cup_offset[0] - tip)
+    approach = Track(decision.start + moments, path.sample(moments).position[0] + offset)
     if not decision.picked:
         motion = ThrowMotion.resting(context.pick)
         if cell.belt.tracking:
@@ -156,17 +162,6 @@ def record_cycle(
 def _sample_times(begin: float, end: float) -> Floats:
     """Times from `begin` to `end` [s], both included."""
     return np.linspace(begin, end, max(int(np.ceil((end - begin) / SAMPLE_TIME)), 1) + 1)
-
-
-def _approach_track(decision: Decision, tip: Floats, mover: Mover) -> Track:
-    """Track of the hand to its object, and along with the object until the lift."""
-    resting = ThrowMotion.resting(decision.hand)
-    _, back = mover.meet(resting, decision.place, decision.context.limits)
-    path = JerkTrajectory.concatenate(decision.hand, [back], rides=True)
-    time = _sample_times(0.0, decision.lift - decision.start)
-    share = np.minimum(time / max(path.duration[0], SAMPLE_TIME), 1.0)[:, None]
-    offset = tip + share * (decision.context.cup_offset[0] - tip)
-    return Track(decision.start + time, path.sample(time).position[0] + offset)
 
 
 def _hand_track(decision: Decision, motion: ThrowMotion) -> Track:
@@ -225,7 +220,11 @@ class CycleHistory:
 
     def advance(self, since: float, new_cycle: RobotCycle | None) -> CycleHistory:
         """History at the next decision; the tracks of earlier cycles before `since` are dropped."""
-        cycles = tuple(cycle.from_time(since) for cycle in _latest_cycles(self.cycles))
+        # The last cycle of every robot holds the position of its hand.
+        last = {cycle.robot: number for number, cycle in enumerate(self.cycles)}.values()
+        earliest = len(self.cycles) - MAX_CYCLES
+        kept = [cycle for number, cycle in enumerate(self.cycles) if number >= earliest or number in last]
+        cycles = tuple(cycle.from_time(since) for cycle in kept)
         return replace(self, since=since, cycles=cycles if new_cycle is None else (*cycles, new_cycle))
 
     def tips(self, time: float) -> Floats:
@@ -235,13 +234,3 @@ class CycleHistory:
             if cycle.start <= time:
                 tips[cycle.robot] = cycle.hand.at(time)
         return tips
-
-
-def _latest_cycles(cycles: tuple[RobotCycle, ...]) -> tuple[RobotCycle, ...]:
-    """The latest cycles, and the last cycle of every robot, which holds the position of its hand."""
-    if len(cycles) <= MAX_CYCLES:
-        return cycles
-    last = {robot_cycle.robot: number for number, robot_cycle in enumerate(cycles)}.values()
-    return tuple(
-        robot_cycle for number, robot_cycle in enumerate(cycles) if number >= len(cycles) - MAX_CYCLES or number in last
-    )

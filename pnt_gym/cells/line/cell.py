@@ -21,7 +21,7 @@ from pnt_gym.cells.line.chances import Chances, required_table
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
-from pnt_gym.cells.line.observation import empty_observations, fill_observations
+from pnt_gym.cells.line.observation import ENTRIES, fill_observations
 from pnt_gym.cells.line.rows import LineState, Outcome, Result
 from pnt_gym.cells.line.stream import StreamSampler
 from pnt_gym.cells.line.throws import Attempt, SimulatedThrows, TableThrows, ThrowExecutor
@@ -141,10 +141,6 @@ class LineCell:
         if self.watched is None:
             self.watched = CycleHistory(self.state.arms["hand"][0].copy(), float(self.state.clock[0]))
 
-    def unwatch(self) -> None:
-        """Stop recording cycles."""
-        self.throws.watched, self.watched = False, None
-
     @property
     def acts(self) -> CycleHistory:
         """Recorded cycles of the first line's robots.
@@ -201,15 +197,6 @@ class LineCell:
         Args:
             choice: index of the choice (N,), from 0 to `CHOICES` - 1.
         """
-        before = self.state
-        decisions = self._carry_out(choice)
-        if self.watched is not None:
-            cycle = self._record_cycle(before, decisions, int(choice[0])) if decisions.valid[0] else None
-            self.watched = self.watched.advance(float(before.clock[0]), cycle)
-        return decisions
-
-    def _carry_out(self, choice: Ints) -> Decisions:
-        """Carry out N decisions."""
         before, state = self.state, self.state.next()
         chosen = take(before.choices, (np.arange(self.count), choice))
         attempt = Attempt(self.chooser, before.robot, self.stream, chosen)
@@ -218,29 +205,38 @@ class LineCell:
         observation = self._advance(state)
         self.state = state
         elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - before.clock, 0.0)
-        return Decisions(
-            attempt=attempt, results=results, start=before.clock, end=outcomes["end"], value=outcomes["value"],
-            elapsed=elapsed, observation=observation,
-        )  # fmt: skip
+        decisions = Decisions(
+            attempt=attempt,
+            results=results,
+            start=before.clock,
+            end=outcomes["end"],
+            value=outcomes["value"],
+            elapsed=elapsed,
+            observation=observation,
+        )
+        if self.watched is not None:
+            cycle = self._record_cycle(before, decisions, int(choice[0])) if decisions.valid[0] else None
+            self.watched = self.watched.advance(float(before.clock[0]), cycle)
+        return decisions
 
     def _advance(self, state: LineState) -> NDArray[np.float32]:
         """Advance all lines in place; observations of the robots that decide next (N, ENTRIES)."""
-        observations, goes_on = empty_observations(self.count), ~self.over
+        observations, goes_on = np.empty((self.count, ENTRIES), dtype=np.float32), ~self.over
 
         def work(lines: Ints) -> None:
             self.chooser.advance(self.stream, state, lines[goes_on[lines]])
             robots = np.ascontiguousarray(state.robot)
             fill_observations(self.chooser.tables, state, self.stream.riders, robots, lines, observations)
 
-        draws = self._coming_draws(state, goes_on) if self._threads > 1 else []
+        draws: list[Callable[[], None]] = []
+        if self._threads > 1:
+            # The next shifts of lines in which no robot is free again before the end of the shift.
+            ended = goes_on & (state.arms["free"].min(axis=1) >= self.config.duration)
+            draws = [
+                partial(self.arriving.draw_ahead, row, self.generators[row]) for row in ended.nonzero()[0].tolist()
+            ]
         work_in_parts(work, np.arange(self.count), self._threads, draws)
         return observations
-
-    def _coming_draws(self, state: LineState, goes_on: Bools) -> list[Callable[[], None]]:
-        """Draws of the next shifts of lines in which no robot is free again before the end of the shift."""
-        ended = goes_on & (state.arms["free"].min(axis=1) >= self.config.duration)
-        rows: list[int] = ended.nonzero()[0].tolist()
-        return [partial(self.arriving.draw_ahead, row, self.generators[row]) for row in rows]
 
     def _record_cycle(self, before: LineState, decisions: Decisions, choice: int) -> RobotCycle:
         """Tracks of the first line's decision, for pictures."""

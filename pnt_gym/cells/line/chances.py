@@ -19,7 +19,6 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.rows import ChanceTable
-from pnt_gym.cells.line.table_name import table_name
 from pnt_gym.errors import ConfigError
 from pnt_gym.reading import AccessError, json_of
 
@@ -98,14 +97,9 @@ class Chances:
         return ChanceTable(*(np.ascontiguousarray(shares) for shares in vars(self).values()))
 
 
-def digest(config: LineConfig) -> str:
-    """Name of a line's table: a digest of everything on which its throws depend."""
-    return table_name(config.cells())
-
-
 def shipped_table(config: LineConfig) -> Path:
     """File of a line's table, if it ships."""
-    return LineConfig.file_of("nominal").parent / "chances" / f"{digest(config)}.json"
+    return LineConfig.file_of("nominal").parent / "chances" / f"{config.digest()}.json"
 
 
 def table_path(config: LineConfig) -> Path:
@@ -133,7 +127,7 @@ def read_table(config: LineConfig) -> Chances | None:
         raise ConfigError(f"chances: cannot read {str(path)!r}: {error}") from None
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError):
         raise ConfigError(f"chances: {str(path)!r} is not a table from `pnt-gym line calibrate`") from None
-    if entries.get("digest") != digest(config):
+    if entries.get("digest") != config.digest():
         raise ConfigError(f"chances: {str(path)!r} was made for other cells than those of level {config.name!r}")
     return table
 

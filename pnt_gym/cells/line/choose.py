@@ -9,7 +9,7 @@ import numpy as np
 
 from pnt_gym.cells.line.rows import IDLE_TIME, ChanceTable, Choice, LineState, Rider, Seen, Tables
 from pnt_gym.compiled import kernel, kernel_part
-from pnt_gym.rows import Bools1, Floats1, Floats2, Ints1, Rows1, Rows2
+from pnt_gym.rows import Floats2, Ints1, Rows1, Rows2
 
 NEAR: Final = 0.25
 """Objects within this distance along the belt from where a hand stops count as near it [m]."""
@@ -30,31 +30,6 @@ def landing_chance(table: ChanceTable, kind: int, choice: Choice) -> float:
 
 
 @kernel_part
-def _write_places(seen: Rows1[Seen], can_take: Bools1, places: Floats1) -> None:
-    """Write the positions of objects that a robot takes; other objects lie at infinity."""
-    for j in range(len(seen)):
-        places[j] = seen[j].x if can_take[seen[j].kind] else math.inf
-
-
-@kernel_part
-def _count_near(places: Floats1, way: float, stop: float) -> int:
-    """Objects that lie near a place after a way; the loop becomes vector instructions."""
-    count = 0
-    for j in range(len(places)):
-        count += 1 if abs(places[j] + way - stop) <= NEAR else 0
-    return count
-
-
-@kernel_part
-def _count_between(places: Floats1, low: float, high: float) -> int:
-    """Objects from one place to another; the loop becomes vector instructions."""
-    count = 0
-    for j in range(len(places)):
-        count += 1 if (places[j] >= low) & (places[j] <= high) else 0
-    return count
-
-
-@kernel_part
 def _write_features(tables: Tables, robot: int, seen: Rows1[Seen], places: Floats2, choice: Choice) -> None:
     """Write the features of a choice that depend on the other objects in sight.
 
@@ -71,27 +46,18 @@ def _write_features(tables: Tables, robot: int, seen: Rows1[Seen], places: Float
         if tables.can_take[r, kind]:
             heirs += 1
             heir = r if heir < 0 else heir
-    # The object itself does not count.
-    choice.crowd = _count_near(places[robot], way, stop) - (abs(x + way - stop) <= NEAR)
+    # Both counts become vector instructions. The object itself does not count.
+    crowd, own = 0, places[robot]
+    for j in range(len(own)):
+        crowd += 1 if abs(own[j] + way - stop) <= NEAR else 0
+    choice.crowd = crowd - (abs(x + way - stop) <= NEAR)
     choice.heirs, choice.queue, choice.reaches = heirs, 0.0, 0.0
     if heir >= 0:
-        window = stations[heir].base + line.window_low
-        choice.queue = _count_between(places[heir], x, window)
+        window, queue, other = stations[heir].base + line.window_low, 0, places[heir]
+        for j in range(len(other)):
+            queue += 1 if (other[j] >= x) & (other[j] <= window) else 0
+        choice.queue = queue
         choice.reaches = max(window - x, 0.0) / line.speed
-
-
-@kernel_part
-def _place_by_score(scores: Floats1, best: Ints1, count: int, score: float, number: int) -> int:
-    """Insert a planned throw among the best so far, after those of the same score; returns the number of the best."""
-    if count == len(scores) and not score > scores[count - 1]:
-        return count
-    count = min(count + 1, len(scores))
-    k = count - 1
-    while k > 0 and score > scores[k - 1]:
-        scores[k], best[k] = scores[k - 1], best[k - 1]
-        k -= 1
-    scores[k], best[k] = score, number
-    return count
 
 
 @kernel_part
@@ -132,10 +98,19 @@ def write_choices(
         n, robot, count = lines[k], state.turns[lines[k]].robot, 0
         while begin < len(planned) and planned[begin].line == k:
             score = _score(tables, seen[k], riders[n], planned[begin])
-            count = _place_by_score(scores, best, count, score, begin)
+            # Among the best so far the throw goes behind those of the same score.
+            if count < most or score > scores[count - 1]:
+                count = min(count + 1, most)
+                rank = count - 1
+                while rank > 0 and score > scores[rank - 1]:
+                    scores[rank], best[rank] = scores[rank - 1], best[rank - 1]
+                    rank -= 1
+                scores[rank], best[rank] = score, begin
             begin += 1
+        # Objects that a robot does not take lie at infinity.
         for r in range(robot, robots if count > 0 else 0):
-            _write_places(seen[k], tables.can_take[r], places[r])
+            for j in range(seen.shape[1]):
+                places[r, j] = seen[k, j].x if tables.can_take[r, seen[k, j].kind] else math.inf
         for c in range(most):
             if c < count:
                 state.choices[n, c] = planned[best[c]]

@@ -13,7 +13,7 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line import choose, plan, sight, simulate
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig, distinct_cells
-from pnt_gym.cells.line.rows import Candidate, Choice, LineState, Rider, Seen, Short, Tables
+from pnt_gym.cells.line.rows import Candidate, Choice, LineState, Rider, Seen, Tables
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.cells.line.tables import make_tables
 from pnt_gym.errors import ConfigError
@@ -52,9 +52,28 @@ class Chooser:
         self._planners = [PickPlanner(kind) for kind in kinds]
         self.tables: Tables = make_tables(config, self._planners, self._kind_of, chances)
         """Tables of the line for compiled functions."""
-        blank, self.blank = self._sample_choice()
+        # An arbitrary pick and throw (1,), which fills rows without a choice.
+        objects = self.planner.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), _TRIALS)
+        low, high = self._config.cell.belt.pick_x
+        stream = Stream.of(objects, low + (high - low) * objects.draws.place[..., 0], *np.zeros((2, 1, _TRIALS)))
+        seen = Seen.zeros(1, _TRIALS, index=np.arange(_TRIALS), x=stream.x, kind=stream.riders["seen"])
+        stations = self.tables.stations.copy()
+        stations["base"] = 0.0
+        tables = self.tables._replace(stations=stations, can_take=np.ones_like(self.tables.can_take))
+        line = np.zeros(1, dtype=np.int64)
+        planned = _options(tables, stream.riders, Sight(line, seen), line, self.initial_hand()[None])
+        if len(planned) == 0:
+            raise ConfigError(
+                f"level {self._config.name!r}: no robot can throw an object into its bins; move the bins closer"
+            )
+        choice = planned[:1].copy()
+        throws = take(objects, (line, choice["place"])).replace(percent=choice["percent"])
+        context, _ = self._planners[0].plan_into(throws, choice["pick"], choice["bin"])
+        for name in ("real", "line", "place", "index", "value", "chance"):
+            choice[name] = 0
+        self.blank = context
         """Context (1,) that fills rows without a choice."""
-        self.tables = self.tables._replace(blank=blank)
+        self.tables = self.tables._replace(blank=choice)
 
     @property
     def planner(self) -> PickPlanner:
@@ -84,8 +103,10 @@ class Chooser:
             if not has_ended:
                 raise ConfigError(f"level {self._config.name!r}: the robots find no object that they can take")
             if lines.size > 0:
-                _draw_roots(short)
-                lines = simulate.choose_after_roots(*arrays, lines, seen, planned, short)
+                # The cubes of short throws become their roots.
+                short["top"], short["peak"] = np.cbrt(short["top"]), np.cbrt(short["peak"])
+                plan.finish_short_throws(self.tables, short, planned)
+                lines = choose.write_choices(*arrays, lines, seen, planned)
 
     def plan_choices(self, robot: Ints, stream: Stream, choices: Rows1[Choice]) -> Context:
         """Picks and throws of choices (N,) of robots (N,), one in each line; arbitrary where not real.
@@ -126,28 +147,6 @@ class Chooser:
         can_take = self.tables.can_take
         return can_take[:, kind].T & (np.arange(len(can_take)) > robot[:, None])
 
-    def _sample_choice(self) -> tuple[Rows1[Choice], Context]:
-        """An arbitrary pick and throw (1,), which fills rows without a choice."""
-        objects = self.planner.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), _TRIALS)
-        low, high = self._config.cell.belt.pick_x
-        stream = Stream.of(objects, low + (high - low) * objects.draws.place[..., 0], *np.zeros((2, 1, _TRIALS)))
-        seen = Seen.zeros(1, _TRIALS, index=np.arange(_TRIALS), x=stream.x, kind=stream.riders["seen"])
-        stations = self.tables.stations.copy()
-        stations["base"] = 0.0
-        tables = self.tables._replace(stations=stations, can_take=np.ones_like(self.tables.can_take))
-        line = np.zeros(1, dtype=np.int64)
-        planned = _options(tables, stream.riders, Sight(line, seen), line, self.initial_hand()[None])
-        if len(planned) == 0:
-            raise ConfigError(
-                f"level {self._config.name!r}: no robot can throw an object into its bins; move the bins closer"
-            )
-        choice = planned[:1].copy()
-        throws = take(objects, (line, choice["place"])).replace(percent=choice["percent"])
-        context, _ = self._planners[0].plan_into(throws, choice["pick"], choice["bin"])
-        for name in ("real", "line", "place", "index", "value", "chance"):
-            choice[name] = 0
-        return choice, context
-
 
 def _options(tables: Tables, riders: Rows2[Rider], look: Sight, robot: Ints, hand: Floats) -> Rows1[Choice]:
     """Throws that robots (K,) can plan, as `Chooser.options`."""
@@ -155,7 +154,8 @@ def _options(tables: Tables, riders: Rows2[Rider], look: Sight, robot: Ints, han
     candidates = candidates[: sight.list_candidates(tables, look.seen, robot, candidates)]
     meetings = plan.meet_candidates(tables, candidates, look.line, look.seen, hand, riders)
     planned, short = plan.plan_throws(tables, candidates, look.seen, meetings)
-    _draw_roots(short)
+    # The cubes of short throws become their roots.
+    short["top"], short["peak"] = np.cbrt(short["top"]), np.cbrt(short["peak"])
     plan.finish_short_throws(tables, short, planned)
     choose.write_values(tables, riders, look.line, look.seen, planned)
     return planned
@@ -167,8 +167,3 @@ def _most_candidates(tables: Tables) -> Ints:
     settings = stations["end_setting"] - stations["first_setting"]
     ranges = zip(stations["first_site"], stations["end_site"], strict=True)
     return np.array([tables.accepts[first:end].sum(axis=0).max(initial=0) for first, end in ranges]) * settings
-
-
-def _draw_roots(short: Rows1[Short]) -> None:
-    """Replace the cubes of short throws by their roots, in place."""
-    short["top"], short["peak"] = np.cbrt(short["top"]), np.cbrt(short["peak"])

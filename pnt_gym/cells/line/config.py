@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal, cast, final
@@ -14,7 +16,6 @@ from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, Value
-from pnt_gym.cells.line.table_name import MADE, table_name
 from pnt_gym.errors import ConfigError, one_sentence
 from pnt_gym.names import BRIEF, list_names, unknown_name
 
@@ -25,6 +26,10 @@ SPARE: Final = 6.0
 """Standard deviations of the number of objects that are drawn beyond the mean, so that no belt runs empty."""
 MOST_OBJECTS: Final = 400_000
 """Objects that are drawn for a shift at most: four hours of 20 a second are 300,000, some 250 MB."""
+MADE_TABLES: Final = Path("runs") / "chances"
+"""Folder of the tables that commands make, in the working folder."""
+_UNCONCERNED: Final = {"name", "mix", "fidelity", "dispatch", "patience", "picks_per_shift", "reward", "timestep"}
+"""Fields of a cell on which a line's table of throws does not depend."""
 _GHOSTS: Final = {"belt": {"neighbours": "ghosts"}}
 """Neighbours on a line, where carried objects pass over the objects on the belt."""
 
@@ -130,7 +135,7 @@ class LineConfig(LevelConfig):
         if isinstance(bins, dict) and cast("dict[str, Any]", bins).get("random") is not None:
             raise ValueError(_random_bins_error(info.data.get("name")))
         try:
-            return ConveyorConfig.load(_with_ghosts(cell))
+            return ConveyorConfig.load(ConveyorConfig.merge(_GHOSTS, cell) if "base" in cell else dict(cell))
         except ConfigError as error:
             problems = error.args[1:] or (str(error).removeprefix("config: "),)
             raise ValueError(*(f"cell: {problem}" for problem in problems)) from None
@@ -138,16 +143,40 @@ class LineConfig(LevelConfig):
     def problems(self) -> Iterator[str]:
         """A sentence for each problem of values that are possible alone, and not together."""
         yield from self._cell_problems()
-        yield from self._rate_problems()
-        yield from self._object_problems()
-        yield from self._window_problems()
-        yield from self._robot_name_problems()
-        yield from self._filling_problems()
-        yield from self._down_problems()
-        yield from self._value_problems()
+        cell = self.cell
+        covered, room = self.arrivals.rate * _footprint(cell), np.ptp(cell.belt.lane_y) * cell.belt.speed
+        if covered > FULLEST * room:
+            yield (
+                f"arrivals.rate is {self.arrivals.rate:g} objects a second; the belt's lanes have room for at most "
+                f"{FULLEST * room / _footprint(cell):.3g} of these items a second"
+            )
+        if not self.objects <= MOST_OBJECTS:
+            low, high = self.reach
+            yield (
+                f"a shift of {self.duration:g} s with arrivals.rate {self.arrivals.rate:g} and {high - low:g} m of a "
+                f"belt that runs {self.cell.belt.speed:g} m/s takes {self.objects:.3g} objects; at most "
+                f"{MOST_OBJECTS} are drawn: shorten the shift, or move the robots closer together"
+            )
+        yield from self._robot_problems()
+        yield from self.cell.strangers("value.of", self.value.of)
+        yield from self.cell.strangers("cost.per_tonne", self.cost.per_tonne)
         yield from self._skill_problems()
         for robot in self.robots:
-            yield from self._robot_problems(robot)
+            # What is wrong with a robot's skills, bins and speed settings.
+            names = [bin_.name for bin_ in robot.bins]
+            if len(set(names)) != len(names):
+                yield f"bins of robot {robot.name!r} are called {names}; the names must differ from one another"
+            yield from self.cell.strangers(f"skills of robot {robot.name!r}", robot.skills)
+            for bin_ in robot.bins:
+                yield from self.cell.strangers(f"bin {bin_.name!r} of robot {robot.name!r}", bin_.accepts)
+            if robot.bins:
+                bins = self.cell.bins.model_copy(update={"fixed": robot.bins})
+                for clause in self.cell.model_copy(update={"bins": bins}).bin_place_problems():
+                    yield f"robot {robot.name!r}: {clause}"
+            if robot.percent:
+                limits = self.cell.limits.model_copy(update={"percent": robot.percent})
+                for clause in self.cell.model_copy(update={"limits": limits}).ride_problems():
+                    yield f"robot {robot.name!r}: {clause}"
 
     def _cell_problems(self) -> Iterator[str]:
         cell = self.cell
@@ -174,29 +203,17 @@ class LineConfig(LevelConfig):
         if cell.drift.moves:
             yield "cell.drift is not zero; a line has no drift: leave cell.drift out"
 
-    def _rate_problems(self) -> Iterator[str]:
-        cell = self.cell
-        covered, room = self.arrivals.rate * _footprint(cell), np.ptp(cell.belt.lane_y) * cell.belt.speed
-        if covered > FULLEST * room:
-            yield (
-                f"arrivals.rate is {self.arrivals.rate:g} objects a second; the belt's lanes have room for at most "
-                f"{FULLEST * room / _footprint(cell):.3g} of these items a second"
-            )
-
-    def _robot_name_problems(self) -> Iterator[str]:
+    def _robot_problems(self) -> Iterator[str]:
+        """What is wrong with the robots beside each other: names, bins that fill, windows and standstills."""
         names = [robot.name for robot in self.robots]
         if len(set(names)) != len(names):
             yield f"robots are called {names}; the names must differ from one another"
-
-    def _filling_problems(self) -> Iterator[str]:
         counts = [len(robot.bins or self.cell.bins.fixed) for robot in self.robots]
         if self.cell.bins.emptied is not None and len(set(counts)) > 1:
             yield (
                 f"cell.bins.emptied is {self.cell.bins.emptied}; robots with {counts} bins fill their bins "
                 "unequally: set cell.bins.emptied to null"
             )
-
-    def _window_problems(self) -> Iterator[str]:
         low, high = self.cell.belt.pick_x
         for before, robot in zip(self.robots, self.robots[1:], strict=False):
             if robot.x + low < before.x + high:
@@ -204,45 +221,12 @@ class LineConfig(LevelConfig):
                     f"robots {before.name!r} at x {before.x:g} m and {robot.name!r} at {robot.x:g} m have windows that "
                     f"overlap; each reaches from {low:g} to {high:g} m, upstream robots come first"
                 )
-
-    def _robot_problems(self, robot: Robot) -> Iterator[str]:
-        """What is wrong with a robot's skills, bins and speed settings."""
-        names = [bin_.name for bin_ in robot.bins]
-        if len(set(names)) != len(names):
-            yield f"bins of robot {robot.name!r} are called {names}; the names must differ from one another"
-        yield from self.cell.strangers(f"skills of robot {robot.name!r}", robot.skills)
-        for bin_ in robot.bins:
-            yield from self.cell.strangers(f"bin {bin_.name!r} of robot {robot.name!r}", bin_.accepts)
-        if robot.bins:
-            bins = self.cell.bins.model_copy(update={"fixed": robot.bins})
-            for clause in self.cell.model_copy(update={"bins": bins}).bin_place_problems():
-                yield f"robot {robot.name!r}: {clause}"
-        if robot.percent:
-            limits = self.cell.limits.model_copy(update={"percent": robot.percent})
-            for clause in self.cell.model_copy(update={"limits": limits}).ride_problems():
-                yield f"robot {robot.name!r}: {clause}"
-
-    def _value_problems(self) -> Iterator[str]:
-        yield from self.cell.strangers("value.of", self.value.of)
-        yield from self.cell.strangers("cost.per_tonne", self.cost.per_tonne)
-
-    def _down_problems(self) -> Iterator[str]:
-        names = [robot.name for robot in self.robots]
         for down in self.down:
             if down.place(names) is None:
                 numbers = f", or a number from 1 to {len(names)}"
                 yield f"down: {unknown_name('robot', down.robot, names, numbers, room=BRIEF)}"
             if down.start >= down.end:
                 yield f"down.start is {down.start:g} s; it must be smaller than down.end, {down.end:g} s"
-
-    def _object_problems(self) -> Iterator[str]:
-        if not self.objects <= MOST_OBJECTS:
-            low, high = self.reach
-            yield (
-                f"a shift of {self.duration:g} s with arrivals.rate {self.arrivals.rate:g} and {high - low:g} m of a "
-                f"belt that runs {self.cell.belt.speed:g} m/s takes {self.objects:.3g} objects; at most "
-                f"{MOST_OBJECTS} are drawn: shorten the shift, or move the robots closer together"
-            )
 
     def _skill_problems(self) -> Iterator[str]:
         """Items that no robot takes, and robots that take no item; a misspelled name has a clause of its own."""
@@ -265,9 +249,17 @@ class LineConfig(LevelConfig):
         place = self.made_table() if self.chances is None else Path(self.chances)
         return (place,) if self.chances is not None or place.is_file() else ()
 
-    def made_table(self, folder: Path = MADE) -> Path:
+    def digest(self) -> str:
+        """Name of the line's table of throws, from everything on which its robots' throws depend."""
+        different: set[str] = set()
+        for cell in self.cells():
+            unconcerned = _UNCONCERNED if cell.bias.applies else {*_UNCONCERNED, "bias"}
+            different.add(json.dumps(cell.model_dump(mode="json", exclude=unconcerned), sort_keys=True))
+        return hashlib.sha256("\n".join(sorted(different)).encode()).hexdigest()[:16]
+
+    def made_table(self, folder: Path = MADE_TABLES) -> Path:
         """File of the line's table of throws, as commands name the tables that they make."""
-        return folder / f"{table_name(self.cells())}.json"
+        return folder / f"{self.digest()}.json"
 
     def cells(self) -> list[ConveyorConfig]:
         """Each robot as a conveyor cell of its own."""
@@ -329,11 +321,6 @@ def distinct_cells(cells: Sequence[ConveyorConfig]) -> tuple[list[ConveyorConfig
     texts = [cell.model_dump_json() for cell in cells]
     distinct = list(dict.fromkeys(texts))
     return [cells[texts.index(text)] for text in distinct], np.array([distinct.index(text) for text in texts])
-
-
-def _with_ghosts(cell: Mapping[str, Any]) -> dict[str, Any]:
-    """A cell's differences; the neighbours of a cell with a base of its own are ghosts."""
-    return ConveyorConfig.merge(_GHOSTS, cell) if "base" in cell else dict(cell)
 
 
 def _footprint(cell: ConveyorConfig) -> float:

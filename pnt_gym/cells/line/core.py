@@ -16,7 +16,7 @@ from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import NO_REQUEST, Request
 from pnt_gym.cells.line.cell import Decisions, LineCell
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.observation import ENTRIES, observe_lines
+from pnt_gym.cells.line.observation import ENTRIES, fill_observations
 from pnt_gym.cells.line.outcome import shift_figures
 from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.cells.line.throws import Release, SimulatedThrows
@@ -87,16 +87,14 @@ class LineCore:
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming decisions (N, D)."""
-        return self._observe(self.cell.state.robot)
+        return self.observe_as(self.cell.state.robot)
 
-    def observe_as(self, robot: int) -> NDArray[np.float32]:
-        """Observations of one robot (N, D), without choices where another robot decides."""
-        return self._observe(np.full(self.count, robot))
-
-    def _observe(self, robot: Ints) -> NDArray[np.float32]:
-        return observe_lines(
-            self.cell.chooser.tables, self.cell.state, self.cell.stream.riders, np.ascontiguousarray(robot)
-        )
+    def observe_as(self, robot: int | Ints) -> NDArray[np.float32]:
+        """Observations (N, D) of one robot, or of one in each line (N,), without choices where another decides."""
+        cell, robots, lines = self.cell, np.full(self.count, robot), np.arange(self.count)
+        observations = np.empty((self.count, ENTRIES), dtype=np.float32)
+        fill_observations(cell.chooser.tables, cell.state, cell.stream.riders, robots, lines, observations)
+        return observations
 
     def kinds(self) -> dict[str, NDArray[Any]]:
         """`action_mask`, the real choices (N, CHOICES), and `robot`, the deciding robot (N,)."""
@@ -128,8 +126,36 @@ class LineCore:
             reward = decisions.value - self.config.price_of_time * decisions.elapsed
             ended = self.cell.over
             shift_info = self._shift_info(ended)
-            shift_info |= self._success_info(decisions.results["is_success"], ended, waiting)
-            info = {**_decision_info(decisions), **self._simulation_info(decisions), **shift_info, **self.kinds()}
+            results, attempt = decisions.results, decisions.attempt
+            # The decisions that succeeded, of those in the shifts that are over.
+            counts = np.ones_like(ended) if waiting is None else ~waiting
+            self._decisions += counts
+            self._successes += results["is_success"] & counts
+            if ended.any():
+                success = self._successes / np.maximum(self._decisions, 1)
+                shift_info[EPISODE_SUCCESS] = np.where(ended, success, np.nan)
+            simulated = ("landing_error", "energy") if isinstance(self.cell.throws, SimulatedThrows) else ()
+            info = {
+                "dt": decisions.elapsed,
+                "by": decisions.robot,
+                "invalid_action": ~decisions.valid,
+                "object": np.where(decisions.valid, decisions.index, -1),
+                "item": attempt.item,
+                "true_kind": attempt.true_kind,
+                "bin": attempt.bin,
+                "percent": attempt.percent,
+                "value": decisions.value,
+                "picked": results["picked"],
+                "is_success": results["is_success"],
+                "sorted": results["sorted"],
+                "ended_in": results["ended_in"],
+                "start": decisions.start,
+                "cycle_time": decisions.end - decisions.start,
+                "wait_time": np.where(decisions.valid, decisions.wait, 0.0),
+                **{name: results[name] for name in simulated},
+                **shift_info,
+                **self.kinds(),
+            }
             return Step(decisions.observation, reward, ended, info, dict.fromkeys(shift_info, ended))
 
     def view(self) -> LineView:
@@ -139,20 +165,6 @@ class LineCore:
             ConfigError: there are several lines.
         """
         return LineView(self.cell)
-
-    def _simulation_info(self, decisions: Decisions) -> dict[str, NDArray[Any]]:
-        """Infos that only simulated throws have."""
-        if not isinstance(self.cell.throws, SimulatedThrows):
-            return {}
-        return {"landing_error": decisions.results["landing_error"], "energy": decisions.results["energy"]}
-
-    def _success_info(self, is_success: Bools, ended: Bools, waiting: Bools | None) -> dict[str, NDArray[Any]]:
-        """Count the decisions that succeeded; their share in the shifts that are over, empty while none is."""
-        self._decisions += 1 if waiting is None else ~waiting
-        self._successes += is_success if waiting is None else is_success & ~waiting
-        if not ended.any():
-            return {}
-        return {EPISODE_SUCCESS: np.where(ended, self._successes / np.maximum(self._decisions, 1), np.nan)}
 
     def _shift_info(self, ended: Bools) -> dict[str, NDArray[Any]]:
         """Figures of the shifts that are over, NaN for the other lines; empty while no shift is over."""
@@ -164,29 +176,6 @@ class LineCore:
             figures[name] = np.full((self.count, *values.shape[1:]), np.nan)
             figures[name][rows] = values
         return figures
-
-
-def _decision_info(decisions: Decisions) -> dict[str, NDArray[Any]]:
-    """Infos of decisions, (N,) each."""
-    results, attempt = decisions.results, decisions.attempt
-    return {
-        "dt": decisions.elapsed,
-        "by": decisions.robot,
-        "invalid_action": ~decisions.valid,
-        "object": np.where(decisions.valid, decisions.index, -1),
-        "item": attempt.item,
-        "true_kind": attempt.true_kind,
-        "bin": attempt.bin,
-        "percent": attempt.percent,
-        "value": decisions.value,
-        "picked": results["picked"],
-        "is_success": results["is_success"],
-        "sorted": results["sorted"],
-        "ended_in": results["ended_in"],
-        "start": decisions.start,
-        "cycle_time": decisions.end - decisions.start,
-        "wait_time": np.where(decisions.valid, decisions.wait, 0.0),
-    }
 
 
 def _check_choices(actions: object, count: int) -> Ints:

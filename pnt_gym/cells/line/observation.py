@@ -59,9 +59,9 @@ class ChoiceFeatures(Row):
     queue: float = scaled("-", 0.0, 6.0, "objects ahead of it that this downstream robot takes")
 
 
-LINE_TABLE: Final = EntryTable.of_rows(LineFeatures)
+LINE_TABLE: Final = EntryTable.of(LineFeatures)
 """Features of the line; entries from 0 on."""
-CHOICE_TABLE: Final = EntryTable.of_rows(ChoiceFeatures)
+CHOICE_TABLE: Final = EntryTable.of(ChoiceFeatures)
 """Features of one choice; the entries of all choices follow the entries of the line."""
 
 
@@ -84,13 +84,6 @@ class LineTables:
 ENTRIES: Final = len(LINE_TABLE) + CHOICES * len(CHOICE_TABLE)
 
 
-def observe_lines(tables: Tables, state: LineState, riders: Rows2[Rider], robots: Ints) -> NDArray[np.float32]:
-    """Observations (N, ENTRIES) of robots (N,), without choices where another robot decides."""
-    rows = empty_observations(len(robots))
-    fill_observations(tables, state, riders, robots, np.arange(len(robots)), rows)
-    return rows
-
-
 def fill_observations(
     tables: Tables,
     state: LineState,
@@ -99,14 +92,12 @@ def fill_observations(
     lines: Ints,
     rows: NDArray[np.float32],
 ) -> None:
-    """Write the rows of `observe_lines` for some lines (K,)."""
+    """Write observations of robots (N,) into rows (N, ENTRIES), for some lines (K,).
+
+    A robot gets no choices where another robot decides.
+    """
     scalings = LINE_TABLE.scaling, CHOICE_TABLE.scaling
-    observe.write_observations(tables, state, riders, robots, lines, *scalings, rows)
-
-
-def empty_observations(count: int) -> NDArray[np.float32]:
-    """Room for the observations of N robots (N, ENTRIES)."""
-    return np.empty((count, ENTRIES), dtype=np.float32)
+    observe.fill_observations(tables, state, riders, robots, lines, *scalings, rows)
 
 
 @final

@@ -8,7 +8,7 @@ import numpy as np
 
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.line.observation import MIN_RATE, ChoiceFeatures, LineFeatures
-from pnt_gym.cells.line.rows import Choice, LineState, Rider, Tables
+from pnt_gym.cells.line.rows import LineState, Rider, Tables
 from pnt_gym.cells.line.sight import count_coming
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.rows import Floats2, Ints1, Rows2, Singles2
@@ -22,35 +22,8 @@ def _encode(value: float, centre: float, scale: float) -> float:
     return min(max((value - centre) / scale, -CLIP), CLIP)
 
 
-@kernel_part
-def _write_choice(choice: Choice, features: ChoiceFeatures) -> None:
-    """Write the features of a real choice."""
-    features.real, features.lift, features.cycle, features.wait = 1.0, choice.lift, choice.cycle, choice.wait
-    features.pick_x, features.pick_y = choice.pick[0], choice.pick[1]
-    features.slack, features.value, features.chance = choice.leave - choice.lift, choice.value, choice.chance
-    features.ln_rate = math.log(max(choice.value * choice.chance / choice.cycle, MIN_RATE))
-    features.percent, features.distance = choice.percent, math.hypot(choice.away[0], choice.away[1])
-    features.stop_x, features.stop_y = choice.stop[0], choice.stop[1]
-    features.crowd, features.heirs = choice.crowd, choice.heirs
-    features.reaches, features.queue = choice.reaches, choice.queue
-
-
-@kernel_part
-def _write_line(
-    tables: Tables, state: LineState, riders: Rows2[Rider], n: int, robot: int, features: LineFeatures
-) -> None:
-    """Write the features of a line for a robot, but for `possible`."""
-    clock, arms = state.turns[n].clock, state.arms[n]
-    features.gone = min(clock / tables.line[0].duration, 1.0)
-    for k in range(len(features.turn)):
-        features.turn[k] = k == robot
-        features.busy[k] = max(arms[k].expected - clock, 0.0) if k < len(arms) else 0.0
-    features.hand_x, features.hand_y = arms[robot].hand[0], arms[robot].hand[1]
-    features.coming = count_coming(tables, riders[n], state.accounts[n], robot, clock)
-
-
 @kernel
-def write_observations(
+def fill_observations(
     tables: Tables,
     state: LineState,
     riders: Rows2[Rider],
@@ -83,10 +56,25 @@ def write_observations(
             if not (choice.real and robot == state.turns[n].robot):
                 observations[n, begin : begin + width] = 0.0
                 continue
-            _write_choice(choice, of_choice[0])
+            features = of_choice[0]
+            features.real, features.lift, features.cycle, features.wait = 1.0, choice.lift, choice.cycle, choice.wait
+            features.pick_x, features.pick_y = choice.pick[0], choice.pick[1]
+            features.slack, features.value, features.chance = choice.leave - choice.lift, choice.value, choice.chance
+            features.ln_rate = math.log(max(choice.value * choice.chance / choice.cycle, MIN_RATE))
+            features.percent, features.distance = choice.percent, math.hypot(choice.away[0], choice.away[1])
+            features.stop_x, features.stop_y = choice.stop[0], choice.stop[1]
+            features.crowd, features.heirs = choice.crowd, choice.heirs
+            features.reaches, features.queue = choice.reaches, choice.queue
             for k in range(width):
                 observations[n, begin + k] = _encode(choice_values[k], choice_scaling[0, k], choice_scaling[1, k])
-        _write_line(tables, state, riders, n, robot, of_line[0])
-        of_line[0].possible = count
+        line = of_line[0]
+        clock, arms = state.turns[n].clock, state.arms[n]
+        line.gone = min(clock / tables.line[0].duration, 1.0)
+        for k in range(len(line.turn)):
+            line.turn[k] = k == robot
+            line.busy[k] = max(arms[k].expected - clock, 0.0) if k < len(arms) else 0.0
+        line.hand_x, line.hand_y = arms[robot].hand[0], arms[robot].hand[1]
+        line.coming = count_coming(tables, riders[n], state.accounts[n], robot, clock)
+        line.possible = count
         for k in range(head):
             observations[n, k] = _encode(line_values[k], line_scaling[0, k], line_scaling[1, k])

@@ -11,7 +11,6 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.base.stage import BELT_THICKNESS, ITEM_RGBA, light_stage
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.scene import add_bins, add_cup, add_ground
@@ -60,7 +59,28 @@ class LineScene:
 def build_scene(config: LineConfig) -> LineScene:
     """Compile the model of the line."""
     spec, belt = mujoco.MjSpec(), belt_extent(config)
-    _add_surroundings(spec, config, belt)
+    # Add light, floor, the belt and its frame.
+    light_stage(spec, ambient=0.42, diffuse=0.26)
+    # MuJoCo scales clipping planes and the free camera by the extent, which must hold the whole belt.
+    spec.stat.center, spec.stat.extent = [sum(belt) / 2, 0.0, -0.3], (belt[1] - belt[0]) / 2 + 1.0
+    spec.visual.map.shadowclip = 2.0  # else the shadows' borders are seen on the floor
+    sun = {"diffuse": np.full(3, 0.42), "specular": np.full(3, 0.2)}
+    light = spec.worldbody.add_light(pos=[sum(belt) / 2, 1.2, 3.0], dir=[0.20, -0.35, -1.0], **sun)
+    light.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+    belt_config = config.cell.belt
+    add_ground(spec, config.cell.model_copy(update={"belt": belt_config.model_copy(update={"x": belt})}), GROUND)
+    # Add the belt's frame down to the floor, and hoods over both ends.
+    brush = Brush(spec.worldbody.add_body(name="frame"), FIXED_GROUP)
+    floor = float(spec.geom("floor").pos[2])
+    middle, width = sum(belt_config.y) / 2, (belt_config.y[1] - belt_config.y[0]) / 2
+    length, top = (belt[1] - belt[0]) / 2, belt_config.height - BELT_THICKNESS
+    brush.box((sum(belt) / 2, middle, (top + floor) / 2), (length - 0.02, width - 0.05, (top - floor) / 2), MOTOR)
+    for y in belt_config.y:
+        brush.box((sum(belt) / 2, y, top + BELT_THICKNESS / 2), (length, 0.012, BELT_THICKNESS / 2 + 0.004), STEEL)
+    half, height = HOOD
+    for x in (belt[0] + half, belt[1] - half):
+        brush.box((x, middle, belt_config.height + height / 2), (half, width + 0.03, height / 2), PAINT)
+        brush.box((x, middle, belt_config.height + height), (half + 0.01, width + 0.04, 0.008), STEEL)
     handles = [_add_robot(spec, config, index) for index in range(len(config.robots))]
     model = spec.compile()
     columns = np.stack([qpos_columns(model, robot) for robot in handles])
@@ -73,50 +93,18 @@ def belt_extent(config: LineConfig) -> tuple[float, float]:
     return min(low, config.robots[0].x + config.cell.belt.pick_x[0] - MARGIN), high + MARGIN
 
 
-def _add_surroundings(spec: MjSpec, config: LineConfig, belt: tuple[float, float]) -> None:
-    """Add light, floor, the belt and its frame."""
-    light_stage(spec, ambient=0.42, diffuse=0.26)
-    # MuJoCo scales clipping planes and the free camera by the extent, which must hold the whole belt.
-    spec.stat.center, spec.stat.extent = [sum(belt) / 2, 0.0, -0.3], (belt[1] - belt[0]) / 2 + 1.0
-    spec.visual.map.shadowclip = 2.0  # else the shadows' borders are seen on the floor
-    sun = {"diffuse": np.full(3, 0.42), "specular": np.full(3, 0.2)}
-    light = spec.worldbody.add_light(pos=[sum(belt) / 2, 1.2, 3.0], dir=[0.20, -0.35, -1.0], **sun)
-    light.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-    belt_config = config.cell.belt
-    add_ground(spec, config.cell.model_copy(update={"belt": belt_config.model_copy(update={"x": belt})}), GROUND)
-    _add_frame(
-        Brush(spec.worldbody.add_body(name="frame"), FIXED_GROUP), belt_config, belt, float(spec.geom("floor").pos[2])
-    )
-
-
-def _add_frame(brush: Brush, belt_config: Belt, belt: tuple[float, float], floor: float) -> None:
-    """Add the belt's frame down to the floor, and hoods over both ends."""
-    middle, width = sum(belt_config.y) / 2, (belt_config.y[1] - belt_config.y[0]) / 2
-    length, top = (belt[1] - belt[0]) / 2, belt_config.height - BELT_THICKNESS
-    brush.box((sum(belt) / 2, middle, (top + floor) / 2), (length - 0.02, width - 0.05, (top - floor) / 2), MOTOR)
-    for y in belt_config.y:
-        brush.box((sum(belt) / 2, y, top + BELT_THICKNESS / 2), (length, 0.012, BELT_THICKNESS / 2 + 0.004), STEEL)
-    half, height = HOOD
-    for x in (belt[0] + half, belt[1] - half):
-        brush.box((x, middle, belt_config.height + height / 2), (half, width + 0.03, height / 2), PAINT)
-        brush.box((x, middle, belt_config.height + height), (half + 0.01, width + 0.04, 0.008), STEEL)
-
-
-def _add_stand(spec: MjSpec, robot: T3krHandles, belt: Belt, floor: float) -> None:
-    """Add the stand of a robot: a post on the far side of the belt, and a beam over the belt."""
-    brush, base = Brush(spec.worldbody.add_body(name="stand"), FIXED_GROUP), robot.geometry.pivot_z + ABOVE
-    y = belt.y[0] - STAND
-    brush.box((0, y, (base + floor) / 2), (0.06, 0.06, (base - floor) / 2), STEEL)
-    brush.box((0, y / 2, base + 0.05), (0.06, -y / 2 + 0.06, 0.05), STEEL)
-
-
 def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> T3krHandles:
     """Add one robot with its cup and its bins at its place."""
     cell, robot_spec = config.cell_of(index), mujoco.MjSpec()
     robot = add_t3kr(robot_spec)
     add_cup(robot_spec, cell.lip_length)
     add_bins(robot_spec, cell)
-    _add_stand(robot_spec, robot, cell.belt, float(spec.geom("floor").pos[2]))
+    # Add the stand of a robot: a post on the far side of the belt, and a beam over the belt.
+    floor = float(spec.geom("floor").pos[2])
+    brush, base = Brush(robot_spec.worldbody.add_body(name="stand"), FIXED_GROUP), robot.geometry.pivot_z + ABOVE
+    y = cell.belt.y[0] - STAND
+    brush.box((0, y, (base + floor) / 2), (0.06, 0.06, (base - floor) / 2), STEEL)
+    brush.box((0, y / 2, base + 0.05), (0.06, -y / 2 + 0.06, 0.05), STEEL)
     for number, colour in enumerate(bin_colours(config, index)):
         for geom in robot_spec.body(f"bin_{number}").geoms:
             geom.rgba = colour

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from pnt_gym.cells.line.choose import landing_chance, write_choices
-from pnt_gym.cells.line.plan import fading_time, finish_short_throws, meet_candidates, plan_throws
+from pnt_gym.cells.line.plan import fading_time, meet_candidates, plan_throws
 from pnt_gym.cells.line.rows import (
     IDLE_TIME,
     NOBODY,
@@ -72,18 +72,6 @@ def _plan_options(
     return seen, planned, short
 
 
-@kernel_part
-def _finish(tables: Tables, state: LineState, lines: Ints1) -> None:
-    """Remove the choices of lines whose shifts are over; no robot is expected before it is free."""
-    for n in lines:
-        if state.turns[n].clock >= tables.line[0].duration:
-            for c in range(state.choices.shape[1]):
-                state.choices[n, c].real = False
-        for r in range(state.arms.shape[1]):
-            arm = state.arms[n, r]
-            arm.expected = max(arm.expected, arm.free)
-
-
 @kernel
 def next_decisions(
     tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, looks: int
@@ -109,31 +97,19 @@ def next_decisions(
         seekers, ends = seekers[has_candidates], ends[has_candidates]
         seen, planned, short = _plan_options(tables, state, riders, seekers, ends)
         if len(seekers) == 0 or len(short) > 0:
-            _finish(tables, state, lines)
+            # Remove the choices of lines whose shifts are over; no robot is expected before it is free.
+            for n in lines:
+                if state.turns[n].clock >= tables.line[0].duration:
+                    for c in range(state.choices.shape[1]):
+                        state.choices[n, c].real = False
+                for r in range(state.arms.shape[1]):
+                    arm = state.arms[n, r]
+                    arm.expected = max(arm.expected, arm.free)
             return True, seekers, seen, planned, short
         seekers = write_choices(tables, state, riders, seekers, seen, planned)
     none = lines[:0]
     seen, planned, short = _plan_options(tables, state, riders, none, np.empty((0, 2), dtype=np.int64))
     return False, none, seen, planned, short
-
-
-@kernel
-def choose_after_roots(
-    tables: Tables,
-    state: LineState,
-    riders: Rows2[Rider],
-    lines: Ints1,
-    seen: Rows2[Seen],
-    planned: Rows1[Choice],
-    short: Rows1[Short],
-) -> Ints1:
-    """Write choices among planned throws with short ones, of which NumPy has drawn the roots; see `next_decisions`.
-
-    Returns:
-        The lines that find no choice and look again.
-    """
-    finish_short_throws(tables, short, planned)
-    return write_choices(tables, state, riders, lines, seen, planned)
 
 
 @kernel_part
@@ -184,13 +160,6 @@ def throw_by_table(
 
 
 @kernel_part
-def _stop_time(speed: float, percent: float) -> float:
-    """Time until an empty hand that rides with the belt stands still, as `stop_motion` [s]."""
-    velocity, peak = T3KR_VELOCITY * percent / 100.0, T3KR_ACCELERATION * percent / 100.0
-    return fading_time(speed, velocity, peak, T3KR_JERK * percent / 100.0)
-
-
-@kernel_part
 def _end_cycle(tables: Tables, choice: Choice, picked: bool, arm: RobotState) -> float:
     """Write the place at which a hand is free after a decision; returns the time until then [s]."""
     line = tables.line[0]
@@ -200,19 +169,12 @@ def _end_cycle(tables: Tables, choice: Choice, picked: bool, arm: RobotState) ->
         return choice.cycle
     if not line.rides:
         return choice.lift
-    stop_time = _stop_time(line.speed, choice.percent)
+    # Time until an empty hand that rides with the belt stands still, as `stop_motion` [s].
+    velocity, peak = T3KR_VELOCITY * choice.percent / 100.0, T3KR_ACCELERATION * choice.percent / 100.0
+    stop_time = fading_time(line.speed, velocity, peak, T3KR_JERK * choice.percent / 100.0)
     # The velocity of the belt fades evenly on average: its way is s T / 2.
     arm.hand[0] += line.speed * stop_time / 2.0
     return choice.lift + stop_time
-
-
-@kernel_part
-def _enter(account: Account, robot: int, result: Result, is_in_time: bool) -> None:
-    """Enter an object that was lifted in the books."""
-    account.since, account.taker, account.fate = math.inf, robot, HELD
-    if is_in_time:
-        account.fate = SORTED if result.sorted else MISPLACED if result.ended_in >= 0 else FLOOR
-        account.ended_in = result.ended_in
 
 
 @kernel
@@ -250,7 +212,12 @@ def end_cycles(
         account.attempts += 1
         account.since = clock + choice.lift
         if result.picked:
-            _enter(account, robot, result, outcome.end <= duration)
+            # Enter an object that was lifted in the books.
+            is_in_time = outcome.end <= duration
+            account.since, account.taker, account.fate = math.inf, robot, HELD
+            if is_in_time:
+                account.fate = SORTED if result.sorted else MISPLACED if result.ended_in >= 0 else FLOOR
+                account.ended_in = result.ended_in
         if result.sorted and outcome.end <= duration:
             outcome.value = riders[n, choice.index].worth
 

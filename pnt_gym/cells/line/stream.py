@@ -93,11 +93,13 @@ class StreamSampler:
         """
         missing = list[int]()
         for place, (row, generator) in enumerate(zip(rows, generators, strict=True)):
-            stream = self._take_drawn(int(row), generator)
-            if stream is None:
+            # The draws that were made ahead count if the generator is as it was then.
+            coming = self._coming.pop(int(row), None)
+            if coming is None or generator.bit_generator.state != coming.before:
                 missing.append(place)
             else:
-                streams.write(rows[[place]], stream)
+                generator.bit_generator.state = coming.after
+                streams.write(rows[[place]], coming.stream)
         if missing:
             streams.write(rows[missing], self._draw_streams([generators[place] for place in missing]))
 
@@ -111,14 +113,6 @@ class StreamSampler:
             self._coming.pop(row, None)  # `draw` raises the error where the shift does begin
         finally:
             bits.state = before
-
-    def _take_drawn(self, row: int, generator: np.random.Generator) -> Stream | None:
-        """The stream that was drawn ahead for a line, if its generator is as it was then; the draws then count."""
-        coming = self._coming.pop(row, None)
-        if coming is None or generator.bit_generator.state != coming.before:
-            return None
-        generator.bit_generator.state = coming.after
-        return coming.stream
 
     def _draw_streams(self, generators: Generators) -> Stream:
         """New streams, one from each of K generators (K, M)."""

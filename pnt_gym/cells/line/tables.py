@@ -29,12 +29,25 @@ def make_tables(config: LineConfig, planners: Sequence[PickPlanner], kind_of: In
     """
     kinds = [planner.config for planner in planners]
     robots, begins, ends = config.standstills()
+    centres = np.array([[b.x, b.y, kind.bins.rim] for kind in kinds for b in kind.bins.fixed]).reshape(-1, 3)
+    # The robots, with the ranges of the bins and settings of their kinds.
+    sites = np.cumsum([0, *(len(kind.bins.fixed) for kind in kinds)])
+    settings = np.cumsum([0, *(len(kind.limits.percent) for kind in kinds)])
     return Tables(
         line=_line_row(config, planners[0]),
-        stations=_stations(config, kinds, kind_of),
+        stations=Station.zeros(
+            len(kind_of),
+            base=config.robot_x(),
+            first_site=sites[kind_of],
+            end_site=sites[kind_of + 1],
+            first_setting=settings[kind_of],
+            end_setting=settings[kind_of + 1],
+        ),
         can_take=config.can_take(),
         standstills=Standstill.zeros(len(robots), robot=robots, start=begins, end=ends),
-        sites=concatenate_records([_sites(kind) for kind in kinds]),
+        sites=Site.zeros(
+            len(centres), centre=centres, bin=np.concatenate([np.arange(len(kind.bins.fixed)) for kind in kinds])
+        ),
         accepts=np.ascontiguousarray(np.concatenate([kind.acceptance().T for kind in kinds])),
         settings=concatenate_records([_settings(kind) for kind in kinds]),
         chances=chances.table,
@@ -67,27 +80,6 @@ def _line_row(config: LineConfig, planner: PickPlanner) -> Rows1[LineNumbers]:
         reserve=motion.reserve,
         workspace=[space.semi_x, space.semi_y, space.z_min, space.z_max],
     )
-
-
-def _stations(config: LineConfig, kinds: Sequence[ConveyorConfig], kind_of: Ints) -> Rows1[Station]:
-    """The robots, with the ranges of the bins and settings of their kinds."""
-    sites = np.cumsum([0, *(len(kind.bins.fixed) for kind in kinds)])
-    settings = np.cumsum([0, *(len(kind.limits.percent) for kind in kinds)])
-    return Station.zeros(
-        len(kind_of),
-        base=config.robot_x(),
-        first_site=sites[kind_of],
-        end_site=sites[kind_of + 1],
-        first_setting=settings[kind_of],
-        end_setting=settings[kind_of + 1],
-    )
-
-
-def _sites(kind: ConveyorConfig) -> Rows1[Site]:
-    """The bins of a kind of robots."""
-    bins = kind.bins.fixed
-    centre = np.array([[bin_.x, bin_.y, kind.bins.rim] for bin_ in bins]).reshape(-1, 3)
-    return Site.zeros(len(bins), centre=centre, bin=np.arange(len(bins)))
 
 
 def _settings(kind: ConveyorConfig) -> Rows1[Setting]:

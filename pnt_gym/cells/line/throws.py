@@ -155,7 +155,10 @@ class SimulatedThrows(ThrowExecutor):
         """Results of the throws in some rows of a cell; the cell's other rows are ignored."""
         cell = cast("ConveyorCell", core.cell)
         cell.plant.record_row = 0 if self.watched and rows[0] == 0 else None
-        cell.context = replace_rows(cell.context, rows, _cut_bins(throws, len(cell.config.bins.fixed)))
+        # Throws with arrays cut to the robot's number of bins; other robots of the line may have more.
+        count = len(cell.config.bins.fixed)
+        objects = throws.objects.replace(fill=throws.objects.fill[:, :count])
+        cell.context = replace_rows(cell.context, rows, throws.replace(objects=objects, depth=throws.depth[:, :count]))
         action: Any = np.zeros((core.count, *core.action_space.shape))
         if self.release is not None:
             action = self.release(core.observe(), cell.context.kind)
@@ -167,9 +170,3 @@ class SimulatedThrows(ThrowExecutor):
         miss = np.where(flown, outcome.landing - cell.context.target[:, :2], np.nan)
         columns = {name: getattr(outcome, name)[rows] for name in _SIMULATED}
         return Result.zeros(len(rows), lost=lost[rows], miss=miss[rows], **columns)
-
-
-def _cut_bins(throws: Context, count: int) -> Context:
-    """Throws with arrays cut to the robot's number of bins; other robots of the line may have more."""
-    objects = throws.objects.replace(fill=throws.objects.fill[:, :count])
-    return throws.replace(objects=objects, depth=throws.depth[:, :count])

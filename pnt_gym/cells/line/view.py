@@ -37,13 +37,6 @@ def camera(config: LineConfig) -> Any:
     return view
 
 
-def _move_to_origin(config: LineConfig) -> LineConfig:
-    """The line with its first robot at x 0, where the renderer's single precision is sharp."""
-    origin = config.robots[0].x
-    robots = tuple(robot.model_copy(update={"x": robot.x - origin}) for robot in config.robots)
-    return config.model_copy(update={"robots": robots})
-
-
 @final
 class LineView(View):
     """Offscreen pictures of one line, with its first robot at x 0.
@@ -61,7 +54,10 @@ class LineView(View):
             raise ConfigError(f"num_envs is {cell.count}; pictures show a single line: set num_envs to 1")
         cell.watch()
         self._cell, self._origin = cell, cell.config.robots[0].x
-        near = _move_to_origin(cell.config)
+        # The line with its first robot at x 0, where the renderer's single precision is sharp.
+        origin = cell.config.robots[0].x
+        robots = tuple(robot.model_copy(update={"x": robot.x - origin}) for robot in cell.config.robots)
+        near = cell.config.model_copy(update={"robots": robots})
         self._scene = build_scene(near)
         self._canvas = Canvas(camera(near), size)
 
@@ -97,7 +93,7 @@ class LineView(View):
     def close(self) -> None:
         """Free the renderer and stop recording cycles; safe to call twice."""
         self._canvas.close()
-        self._cell.unwatch()
+        self._cell.watched = None
 
     def scenes(self, fps: int = FPS) -> Iterator[Scene]:
         """Scenes of the frames since the previous decision; each scene is valid until the next one is drawn."""
@@ -109,11 +105,7 @@ class LineView(View):
         """Scene at a time between the previous decision and the coming one [s]."""
         acts = self._cell.acts
         self._scene.pose(acts.tips(time))
-        markers = [*self._slats(time), *self._belt_markers(time), *self._object_markers(time), *self._trails(time)]
-        return self._scene.model, self._scene.data, markers
-
-    def _belt_markers(self, time: float) -> list[Marker]:
-        """Markers of objects on the belt."""
+        # Markers of objects on the belt.
         cell, (low, high) = self._cell, self._scene.belt
         stream, belt = cell.stream, cell.config.cell.belt
         ride_times = np.where(np.isinf(cell.state.accounts["since"][0]), -np.inf, time)
@@ -124,10 +116,18 @@ class LineView(View):
         x = stream.x[0] + ride + stream.objects.grasp[0, :, 0]
         objects_index = np.flatnonzero(np.isfinite(ride_times) & (x >= low) & (x <= high))
         objects = take(stream.objects, (0, objects_index))
-        y, high = objects.draws.lane_y + objects.grasp[:, 1], lying_size(objects.shape, objects.size)[:, 2]
-        return object_markers(
-            objects, np.stack([x[objects_index], y, belt.height + high / 2], axis=1), yaw_attitude(objects.yaw)
-        )
+        y, tall = objects.draws.lane_y + objects.grasp[:, 1], lying_size(objects.shape, objects.size)[:, 2]
+        places = np.stack([x[objects_index], y, belt.height + tall / 2], axis=1)
+        riding = object_markers(objects, places, yaw_attitude(objects.yaw))
+        # Slats mark how the belt moves.
+        size = np.array([0.004, (belt.y[1] - belt.y[0]) / 2, 0.0006])
+        kind, middle = int(mujoco.mjtGeom.mjGEOM_BOX.value), sum(belt.y) / 2
+        slats = [
+            Marker(kind, size, np.array([slat, middle, belt.height]), np.eye(3).ravel(), _SLAT)
+            for slat in np.arange(low + belt.speed * time % SLATS, high, SLATS)
+        ]
+        markers = [*slats, *riding, *self._object_markers(time), *self._trails(time)]
+        return self._scene.model, self._scene.data, markers
 
     def _object_markers(self, time: float) -> list[Marker]:
         """Markers of objects in hands, in the air and at rest."""
@@ -154,14 +154,3 @@ class LineView(View):
     def _places(self) -> Floats:
         """Where the robots stand along the belt in the picture (R,) [m]."""
         return self._cell.config.robot_x() - self._origin
-
-    def _slats(self, time: float) -> list[Marker]:
-        """Marks that move with the belt."""
-        belt, (low, high) = self._cell.config.cell.belt, self._scene.belt
-        first = low + belt.speed * time % SLATS
-        size = np.array([0.004, (belt.y[1] - belt.y[0]) / 2, 0.0006])
-        kind, middle = int(mujoco.mjtGeom.mjGEOM_BOX.value), sum(belt.y) / 2
-        return [
-            Marker(kind, size, np.array([x, middle, belt.height]), np.eye(3).ravel(), _SLAT)
-            for x in np.arange(first, high, SLATS)
-        ]

@@ -76,34 +76,34 @@ def _solve_normal(rows: Floats, load_x: float, load_y: float, load_z: float) -> 
 
 
 @kernel
-def fill_poses(tcp: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism], out: Floats3) -> None:
-    """Fill cosine and sine of each arm, and the rod's components in its frame (5, 4, M), for TCPs (M, 3)."""
-    links = mechanism[0]
+def arm_poses(tcp: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) -> Floats3:
+    """Cosine and sine of each arm, and the rod's components in its frame (5, 4, M), for TCPs (M, 3)."""
+    links, out = mechanism[0], np.empty((5, ARMS, len(tcp)))
     for k in range(tcp.shape[0]):
         for arm in range(ARMS):
             pose = _arm_pose(arms[arm], links, tcp[k, 0], tcp[k, 1], tcp[k, 2])
             out[0, arm, k], out[1, arm, k] = pose[0], pose[1]
             out[2, arm, k], out[3, arm, k], out[4, arm, k] = pose[2], pose[3], pose[4]
+    return out
 
 
 @kernel
-def fill_jacobians(tcp: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism], out: Floats3) -> None:
-    """Fill the derivatives of the arm angles by the TCP (M, 4, 3), for TCPs (M, 3)."""
-    links = mechanism[0]
+def jacobian(tcp: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) -> Floats3:
+    """Derivatives of the arm angles by the TCP (M, 4, 3), for TCPs (M, 3)."""
+    links, out = mechanism[0], np.empty((len(tcp), ARMS, 3))
     for k in range(tcp.shape[0]):
         for arm in range(ARMS):
             _, _, rod_x, rod_y, rod_z, root, _ = _arm_pose(arms[arm], links, tcp[k, 0], tcp[k, 1], tcp[k, 2])
             out[k, arm, 0], out[k, arm, 1], out[k, arm, 2] = _arm_row(
                 arms[arm], links.length, root, rod_x, rod_y, rod_z
             )
+    return out
 
 
 @kernel
-def fill_closed_rates(
-    tcp: Floats2, velocity: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism], out: Floats3
-) -> None:
-    """Fill the rates of arms, of rods in the arm's plane and of rods out of it (3, 4, M), for moving TCPs (M, 3)."""
-    links = mechanism[0]
+def closed_velocity(tcp: Floats2, velocity: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) -> Floats3:
+    """Rates of arms, of rods in the arm's plane and of rods out of it (3, 4, M), for moving TCPs (M, 3)."""
+    links, out = mechanism[0], np.empty((3, ARMS, len(tcp)))
     length = links.length
     for k in range(tcp.shape[0]):
         x, y, z = velocity[k, 0], velocity[k, 1], velocity[k, 2]
@@ -122,21 +122,23 @@ def fill_closed_rates(
             out[0, arm, k] = turn
             out[1, arm, k] = (rod_x * up - rod_z * out_rate) / planar - turn
             out[2, arm, k] = lean / (planar + rod_y * rod_y)
+    return out
 
 
 @kernel
-def close_loops(arm: Floats2, swing: Floats2, tilt: Floats2, hand: Floats2, platform: Floats1, values: Floats2) -> None:
-    """Fill rows of joint values (N, n) as `kinematics.closed_pose`; rows with a NaN are NaN.
+def close_loops(arm: Floats2, swing: Floats2, tilt: Floats2, rods: int, hand: Floats2, platform: Floats1) -> Floats2:
+    """Rows of joint values (N, n) as `kinematics.closed_pose` has them; rows with a NaN are NaN.
 
     Args:
         arm: values of the arms (4, N).
         swing: values of the rods in their arms' planes (4, N).
         tilt: values of the rods out of these planes (4, N).
+        rods: number of rods of each arm, one or two.
         hand: values of the TCP (N, 3).
-        platform: values of the platform.
-        values: filled; each arm has one rod or two.
+        platform: values of the platform; none with one rod.
     """
-    each = (values.shape[1] - 3 - len(platform)) // ARMS
+    each, size = 1 + 2 * rods, len(platform)
+    values = np.empty((len(hand), ARMS * each + 3 + size))
     for k in range(len(values)):
         row = values[k]
         for i in range(ARMS):
@@ -147,6 +149,7 @@ def close_loops(arm: Floats2, swing: Floats2, tilt: Floats2, hand: Floats2, plat
         row[ARMS * each + 3 :] = platform
         if np.isnan(row).any():
             row[:] = np.nan
+    return values
 
 
 @kernel
@@ -173,18 +176,16 @@ def fit_points(centre: Floats3, radius: float, point: Floats2) -> None:
 
 
 @kernel
-def fill_joint_motion(
-    hand: Floats2, payload: Floats1, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism], out: Floats3
-) -> None:
-    """Fill cosine, sine, velocity, acceleration and motor torque of each arm (5, 4, M).
+def joint_motion(hand: Floats2, payload: Floats1, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) -> Floats3:
+    """Cosine, sine, velocity, acceleration and motor torque of each arm (5, 4, M).
 
     Args:
         hand: position, velocity and acceleration of the TCP (M, 9) [m, m/s, m/s2].
         payload: masses that the platform holds (M,) [kg].
         arms: frames of the arms.
         mechanism: one row.
-        out: filled.
     """
+    out = np.empty((5, ARMS, len(hand)))
     links, rows = mechanism[0], np.empty((ARMS, 3))
     length, coupling = links.length, links.coupling
     for k in range(hand.shape[0]):
@@ -222,12 +223,11 @@ def fill_joint_motion(
         # Minimum-norm motor torques with J^T torque = load: J (J^T J)^-1 load.
         for arm in range(ARMS):
             out[4, arm, k] += rows[arm, 0] * x + rows[arm, 1] * y + rows[arm, 2] * z
+    return out
 
 
 @kernel
-def fill_controls(
-    position: Floats3, velocity: Floats3, torque: Floats3, spacing: float, stride: int, out: Floats3
-) -> None:
+def upsample(position: Floats3, velocity: Floats3, torque: Floats3, spacing: float, stride: int, out: Floats3) -> None:
     """Fill position, velocity and torque of each motor at samples from those at knots.
 
     The position is the cubic Hermite p0 + h01 (p1 - p0) + h10 v0 + h11 v1, the velocity its derivative; the torque is

@@ -29,13 +29,6 @@ def per_arm(values: Floats, shape: tuple[int, ...]) -> Floats:
     return np.ascontiguousarray(values.T).reshape(*shape, N_ARMS)
 
 
-def _arm_poses(tcp: Floats, geometry: T3krGeometry) -> Floats:
-    """Cosine and sine of each arm, and the rod's components in the arm's frame (5, 4, M), for TCPs (M, 3)."""
-    poses = np.empty((5, N_ARMS, len(tcp)))
-    kernel.fill_poses(tcp, geometry.arms.rows, geometry.mechanism, poses)
-    return poses
-
-
 def inverse_kinematics(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     """Arm angles that put the TCP at a point.
 
@@ -47,7 +40,7 @@ def inverse_kinematics(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
         (..., 4) arm angles in rad from the outward horizontal, up positive; all four NaN where out of reach.
     """
     shape, points = as_rows(tcp, "tcp")
-    cos, sin = _arm_poses(points, geometry)[:2]
+    cos, sin = kernel.arm_poses(points, geometry.arms.rows, geometry.mechanism)[:2]
     return per_arm(np.arctan2(sin, cos), shape)
 
 
@@ -75,7 +68,15 @@ def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
         ]
     )
     with np.errstate(invalid="ignore", divide="ignore"):
-        point = _trilaterate(centre[:, 0], centre[:, 1], centre[:, 2], geometry.rod_length)
+        # Lower of the two points at distance `radius` from three (3, M) centres, below the centres' circumcentre.
+        a = centre[:, 0]
+        ab, ac = centre[:, 1] - a, centre[:, 2] - a
+        normal = np.cross(ab, ac, axis=0)
+        area = _dot(normal, normal)
+        normal_ab, normal_ac = np.cross(normal, ab, axis=0), np.cross(ac, normal, axis=0)
+        middle = (_dot(ac, ac) * normal_ab + _dot(ab, ab) * normal_ac) / (2.0 * area)
+        height = np.sqrt((geometry.rod_length * geometry.rod_length - _dot(middle, middle)) / area)
+        point = a + middle - np.copysign(height, normal[2]) * normal
     point = np.ascontiguousarray(point.T)
     kernel.fit_points(np.ascontiguousarray(centre.T), geometry.rod_length, point)
     return point.reshape(*shape, 3)
@@ -83,20 +84,6 @@ def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
 
 def _dot(a: Floats, b: Floats) -> Floats:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _trilaterate(a: Floats, b: Floats, c: Floats, radius: float) -> Floats:
-    """Lower of the two points at distance `radius` from three (3, M) centres, below the centres' circumcentre.
-
-    With the normal n = ab x ac the circumcentre is a + (|ac|^2 n x ab + |ab|^2 ac x n) / (2 |n|^2).
-    """
-    ab, ac = b - a, c - a
-    normal = np.cross(ab, ac, axis=0)
-    area = _dot(normal, normal)
-    normal_ab, normal_ac = np.cross(normal, ab, axis=0), np.cross(ac, normal, axis=0)
-    centre = (_dot(ac, ac) * normal_ab + _dot(ab, ab) * normal_ac) / (2.0 * area)
-    height = np.sqrt((radius * radius - _dot(centre, centre)) / area)
-    return a + centre - np.copysign(height, normal[2]) * normal
 
 
 def jacobian(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
@@ -110,8 +97,7 @@ def jacobian(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
         (..., 4, 3) dq/dx in rad/m; NaN where out of reach.
     """
     shape, points = as_rows(tcp, "tcp")
-    rows = np.empty((len(points), N_ARMS, 3))
-    kernel.fill_jacobians(points, geometry.arms.rows, geometry.mechanism, rows)
+    rows = kernel.jacobian(points, geometry.arms.rows, geometry.mechanism)
     rows[np.isnan(rows).any(axis=(1, 2))] = np.nan
     return rows.reshape(*shape, N_ARMS, 3)
 
@@ -129,13 +115,13 @@ def closed_pose(tcp: ArrayLike, rods_per_arm: int = 1, geometry: T3krGeometry = 
         four a quaternion); NaN rows where the TCP is out of reach.
     """
     _, points = as_rows(tcp, "tcp")
-    cos, sin, rod_x, rod_y, rod_z = _arm_poses(points, geometry)
+    cos, sin, rod_x, rod_y, rod_z = kernel.arm_poses(points, geometry.arms.rows, geometry.mechanism)
     q = np.arctan2(sin, cos)
     # A rod's frame is turned by q + swing about -y of the arm frame, then by tilt about x.
     swing = np.arctan2(rod_x, -rod_z) - q
     tilt = np.arctan2(rod_y, np.hypot(rod_x, rod_z))
-    level = [1.0, 0.0, 0.0, 0.0] if rods_per_arm == 2 else []
-    return _close_loops((q, swing, tilt), rods_per_arm, points, level)
+    level = np.array([1.0, 0.0, 0.0, 0.0] if rods_per_arm == 2 else [])
+    return kernel.close_loops(q, swing, tilt, rods_per_arm, points, level)
 
 
 def closed_velocity(
@@ -155,19 +141,5 @@ def closed_velocity(
     """
     _, points = as_rows(tcp, "tcp")
     _, speeds = as_rows(velocity, "velocity")
-    rates = np.empty((3, N_ARMS, len(points)))
-    kernel.fill_closed_rates(points, speeds, geometry.arms.rows, geometry.mechanism, rates)
-    return _close_loops(rates, rods_per_arm, speeds, [0.0, 0.0, 0.0] if rods_per_arm == 2 else [])
-
-
-def _close_loops(
-    joints: Floats | tuple[Floats, Floats, Floats], rods_per_arm: int, hand: Floats, platform: list[float]
-) -> Floats:
-    """Rows (N, n) of joint values: arm, swing and tilt of its rods (4, N) each, TCP (N, 3) and the platform's values.
-
-    Rows with a NaN are NaN.
-    """
-    values = np.empty((len(hand), N_ARMS * (1 + 2 * rods_per_arm) + 3 + len(platform)))
-    arm, swing, tilt = joints
-    kernel.close_loops(arm, swing, tilt, hand, np.array(platform), values)
-    return values
+    arm, swing, tilt = kernel.closed_velocity(points, speeds, geometry.arms.rows, geometry.mechanism)
+    return kernel.close_loops(arm, swing, tilt, rods_per_arm, speeds, np.zeros(3 if rods_per_arm == 2 else 0))

@@ -66,33 +66,15 @@ def joint_knots(
     Returns:
         Joint motion and torques at the knots, (4, N, K) arrays; not finite where a pose is out of reach or singular.
     """
-    cos, sin, *rates = _solve(position, velocity, acceleration, payload, geometry)
-    return JointMotion(np.arctan2(sin, cos), *rates)
-
-
-def joint_loads(
-    position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, *, geometry: T3krGeometry = T3KR
-) -> tuple[Floats, Floats]:
-    """Joint velocities [rad/s] and motor torques [N m] of an empty hand, (4, N, K) each, as of `joint_knots`."""
-    _, _, rate, _, torque = _solve(position, velocity, acceleration, 0.0, geometry)
-    return rate, torque
-
-
-def _solve(
-    position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, payload: ArrayLike, geometry: T3krGeometry
-) -> Floats:
-    """Cosine, sine, velocity and acceleration of the joint angles, and torque (5, 4, N, K)."""
     motion = (np.asarray(position), np.asarray(velocity), np.asarray(acceleration))
     if not motion[0].shape == motion[1].shape == motion[2].shape:
         motion = np.broadcast_arrays(*motion)
     hand = np.concatenate(motion, axis=-1, dtype=np.float64)
     shape = hand.shape[:-1]
-    mass = np.full(shape, payload, dtype=np.float64).ravel()
-    joints = np.empty((5, N_ARMS, mass.size))
-    kernel.fill_joint_motion(
-        np.ascontiguousarray(hand.reshape(-1, 9)), mass, geometry.arms.rows, geometry.mechanism, joints
-    )
-    return joints.reshape(5, N_ARMS, *shape)
+    mass, rows = np.full(shape, payload, dtype=np.float64).ravel(), np.ascontiguousarray(hand.reshape(-1, 9))
+    joints = kernel.joint_motion(rows, mass, geometry.arms.rows, geometry.mechanism).reshape(5, N_ARMS, *shape)
+    cos, sin, *rates = joints
+    return JointMotion(np.arctan2(sin, cos), *rates)
 
 
 def exact_references(knots: JointMotion) -> Floats:
@@ -131,5 +113,5 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
         )
     if not 0.0 < spacing < np.inf:
         raise PntGymError(f"spacing must be positive and finite, got {spacing} s")
-    kernel.fill_controls(knots.position, knots.velocity, knots.torque, spacing, stride, out)
+    kernel.upsample(knots.position, knots.velocity, knots.torque, spacing, stride, out)
     return out

@@ -9,7 +9,7 @@ import yaml
 
 from agents.line import thrown
 from agents.line.thrown import CHANCES, chosen_throws, random_throws
-from pnt_gym.cells.line.chances import Chances, digest, shipped_table
+from pnt_gym.cells.line.chances import Chances, shipped_table
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import answered, output_of, refused
 from tests.tools.plant import plant
@@ -31,7 +31,7 @@ def test_a_table_is_written_and_said_to_be(made):
     assert said.startswith(f"{told['throws']} throws: ") and "of the picks succeeded" in said
     assert "of the picked objects ended in their bins; the table is in table.json" in " ".join(said.split())
     assert 120 <= told["throws"] < 128
-    assert told["digest"] == digest(LineConfig.load(LEVEL))
+    assert told["digest"] == LineConfig.load(LEVEL).digest()
     assert told["items"] == ["tray", "can", "paper_ball", "yoghurt_cup"]
     assert told["percent"] == [30.0, 45.0]
     assert (told["seed"], np.shape(told["landed"])) == (0, (4, 2, 4))
@@ -59,7 +59,7 @@ def test_without_a_place_a_table_is_found_by_other_commands(tmp_path, monkeypatc
     assert "has no table of throws; make it with `pnt-gym line calibrate" in refused("agents.evaluate", *evaluation)
     assert answered("agents.line calibrate", *level, "--throws", "100", "--num-envs", "8", "--threads", "1")[0] == 0
     config = LineConfig.load("mine.yaml")
-    place = tmp_path / "runs" / "chances" / f"{digest(config)}.json"
+    place = tmp_path / "runs" / "chances" / f"{config.digest()}.json"
     assert place.is_file()
     assert config.files() == (Path("runs") / "chances" / place.name,)
     assert not shipped_table(config).is_file()

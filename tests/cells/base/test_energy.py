@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.energy import loads_between, loads_of_steps
+from pnt_gym.cells.base.recorded import loads_between, loads_of_steps
 
 INERTIA = np.array([0.02, 0.3])
 TURN, TIME = np.array([0.8, -1.1]), 0.5

@@ -7,7 +7,7 @@ from mujoco.batch import Batch
 
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.items import SHAPES, Item
-from pnt_gym.cells.grasp.images import clean_images, draw_images, pixel_places
+from pnt_gym.cells.grasp.images import draw_images, pixel_places
 from pnt_gym.cells.grasp.surfaces import IMAGE, draw_surfaces, object_keys
 from tests.tools.surfaces import SEEN, UNSEEN, draw_objects, height_and_leak
 from tests.tools.throws import same_bits
@@ -50,7 +50,7 @@ def test_bodies_are_as_the_engine_sees_them(waste, middles):
     objects, table = waste
     bare = table._replace(items=table.items.copy())
     bare.items["is_real"] = False
-    heights = clean_images(bare, objects, middles)[:, 0]
+    heights = draw_images(bare, objects, middles)[:, 0]
     for row in range(20):
         assert_rounded(heights[row], seen_by_engine(objects, row, middles), 1e-6)
     assert len(np.unique(objects.shape[:20])) == 3
@@ -79,7 +79,7 @@ def test_a_picture_is_one_alone_and_in_a_batch(waste, middles):
 
 def test_a_clean_picture_has_the_heights_of_a_formula_in_millimetres(waste, middles):
     objects, table = waste
-    images, surfaces = clean_images(table, objects, middles), draw_surfaces(table, objects)
+    images, surfaces = draw_images(table, objects, middles), draw_surfaces(table, objects)
     for row in range(60):
         heights = np.zeros((48, 48))
         for k, (x, y) in enumerate(middles[row]):
@@ -95,8 +95,8 @@ def test_an_absent_neighbour_leaves_the_belt(waste, middles):
     objects, table = waste
     alone = middles.copy()
     alone[:, 1] = np.nan
-    pair, single = clean_images(table, objects, middles), clean_images(table, objects, alone)
-    assert same_bits(single, clean_images(table, take(objects, (slice(None), slice(0, 1))), middles[:, :1]))
+    pair, single = draw_images(table, objects, middles), draw_images(table, objects, alone)
+    assert same_bits(single, draw_images(table, take(objects, (slice(None), slice(0, 1))), middles[:, :1]))
     assert (pair[:, 0] >= single[:, 0]).all()
     assert (pair[:, 0] > single[:, 0]).any()
 

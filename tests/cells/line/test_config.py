@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.line.cell import LineCell
-from pnt_gym.cells.line.chances import digest
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
 from tests.tools.line import begun, with_table
@@ -180,7 +179,7 @@ def test_a_table_of_other_shape_or_of_no_shares_is_refused(tmp_path: Path):
 
 
 def test_a_name_of_a_table_depends_on_what_is_thrown_and_how_fast_and_on_nothing_else():
-    base = digest(LineConfig.load("single"))
+    base = LineConfig.load("single").digest()
     same: list[dict[str, Any]] = [
         {"arrivals": {"rate": 0.7, "regularity": 0.4}},
         {"value": {"of": {"can": 3.0}, "spread": 1.0}},
@@ -193,7 +192,7 @@ def test_a_name_of_a_table_depends_on_what_is_thrown_and_how_fast_and_on_nothing
         {"name": "mine"},
     ]
     for changes in same:
-        assert digest(LineConfig.load({"base": "single", **changes})) == base, changes
+        assert LineConfig.load({"base": "single", **changes}).digest() == base, changes
     bins = [b.model_dump() for b in LineConfig.load("single").cell.bins.fixed]
     moved = [{**bins[0], "x": -0.40}, *bins[1:]]
     other: list[dict[str, Any]] = [
@@ -204,10 +203,10 @@ def test_a_name_of_a_table_depends_on_what_is_thrown_and_how_fast_and_on_nothing
         {"cell": {"mismatch": 0.5}},
         {"cell": {"belt": {"speed": 0.3}}},
     ]
-    names = [digest(LineConfig.load({"base": "single", **changes})) for changes in other]
+    names = [LineConfig.load({"base": "single", **changes}).digest() for changes in other]
     assert len({base, *names}) == len(names) + 1
-    assert digest(LineConfig.load("value")) == base == digest(LineConfig.load("nominal"))
-    assert digest(LineConfig.load("line3")) == digest(LineConfig.load("skills3_burst")) != base
+    assert LineConfig.load("value").digest() == base == LineConfig.load("nominal").digest()
+    assert LineConfig.load("line3").digest() == LineConfig.load("skills3_burst").digest() != base
 
 
 @pytest.mark.parametrize("name", ["single", "value", "speed", "nominal"])

@@ -13,14 +13,14 @@ from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take, take_rows
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt.sources import MOST_DRAWS, NextPick, PickSource
 from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream, course, sweeps_through
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips
 from pnt_gym.cells.conveyor.movers.straight import Meeting, ThrowMotion
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.errors import ConfigError
-from pnt_gym.planning.dispatch import Candidates, Rule, index
+from pnt_gym.planning import dispatch
+from pnt_gym.planning.dispatch import Candidates, Rule
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.limits import LimitRows
 
@@ -78,9 +78,21 @@ class BeltPicks(PickSource):
         self._dwell = planner.config.motion.dwell
         self._rule: Rule = planner.config.dispatch
         self._patience = planner.config.patience
-        self._estimator = _comparison_planner(planner)
+        # The planner with which a rule compares objects; the chosen object is planned by the cell's planner.
+        quick = {"free_direction": "straight", "straight_flying": "straight", "ellipse": "pick_and_place"}.get(
+            planner.config.planner
+        )
+        self._estimator = (
+            planner if quick is None else PickPlanner(planner.config.model_copy(update={"planner": quick}))
+        )
         self._solid = planner.config.belt.neighbours == "solid"
-        self.stream = BeltStream(planner, generators, _queue_length(planner.config))
+        belt, items, length = self._belt, planner.config.item_list(), SHORTEST_QUEUE
+        if self._rule != "first":
+            # Rules that compare objects see about those downstream of the camera.
+            long = np.mean([item.size[:2] for item in items]) if belt.gap == "edge" else 0.0
+            count = np.ceil((belt.pick_x[1] - belt.camera_x) / (np.mean(belt.spacing) + long))
+            length = int(np.clip(count, SHORTEST_QUEUE, LONGEST_QUEUE))
+        self.stream = BeltStream(planner, generators, length)
 
     def first(self, rows: Ints) -> Context:
         """An empty belt with objects about to enter the window; the hand starts above its middle."""
@@ -112,17 +124,21 @@ class BeltPicks(PickSource):
             hands, hand_limits = take_rows((motion, limits), pending, len(rows))
             picks, place, elapsed = self._choose_picks(rows[pending], hands, hand_limits)
             result = picks if result is None else replace_rows(result, pending, picks)
-            gone = self._count_passed(rows[pending], place, elapsed)
+            # Objects that leave unpicked until the lift: without a feasible object all of them.
+            gone = place
+            if self._rule != "first":
+                out = self.stream.queue_x[rows[pending]] + self._belt.speed * elapsed[:, None] > self._belt.pick_x[1]
+                out &= np.arange(length) != place[:, None]
+                gone = np.where(place < length, out.sum(axis=1), length)
             self.passed[rows[pending]] += gone
-            self.stream.ride(rows[pending], place, gone, elapsed)
+            self.stream.ride(rows[pending], place, gone, self._belt.speed * elapsed)
             pending = pending[place == length]
             if pending.size == 0:
                 return result
-        raise self._too_sparse() if self._belt.spacing[0] > self._belt.speed * HORIZON else self._impossible()
-
-    def _too_sparse(self) -> ConfigError:
         belt = self._belt
-        return ConfigError(
+        if belt.spacing[0] <= belt.speed * HORIZON:
+            raise self._impossible()
+        raise ConfigError(
             f"belt.spacing starts at {belt.spacing[0]:g} m and belt.speed is {belt.speed:g} m/s: nobody waits "
             f"longer than {HORIZON:g} s for an object; let spacing start at {belt.speed * HORIZON:g} m or less"
         )
@@ -221,15 +237,22 @@ class BeltPicks(PickSource):
         row, place = np.nonzero(ahead)
         objects, x = self.stream.in_queue(rows[row], place)
         picks = self._plan_picks(self._estimator, objects, x, *take((motion, limits), row))
-        worth, throws = self._priorities(picks)
+        # Priorities of the picks by the rule, and the motions of those that are throwable.
+        context, good = picks.context, picks.throwable
+        throws, throwing = take_rows(context, good.nonzero()[0], len(good)), np.zeros(len(good))
+        motions = self._estimator.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
+        throwing[good] = motions.stop_time
+        start = picks.meeting.time + self._dwell
+        stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
+        among = Candidates(np.ones(len(good)), start + throwing, start, start + stays, good)
         ranks = np.full(shape, -np.inf)
-        ranks[row, place] = worth
+        ranks[row, place] = dispatch.index(self._rule, among, self._patience)
         order = np.argsort(-ranks, axis=1, kind="stable")
         if self._estimator is not self._planner or len(row) == 0:
             return order, None
         index = np.full(shape, -1)
         index[row, place] = np.arange(len(row))
-        return order, RankedPicks(index, picks, throws)
+        return order, RankedPicks(index, picks, motions)
 
     def _plan_picks(
         self, planner: PickPlanner, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows
@@ -240,47 +263,3 @@ class BeltPicks(PickSource):
         )
         context, throwable = planner.plan(objects, meeting.position)
         return PlannedPicks(meeting, context, meeting.feasible & throwable)
-
-    def _priorities(self, picks: PlannedPicks) -> tuple[Floats, ThrowMotion]:
-        """Priorities of picks by the rule (P,), and the motions of those that are throwable."""
-        meeting, context, good = picks.meeting, picks.context, picks.throwable
-        throws, throwing = take_rows(context, good.nonzero()[0], len(good)), np.zeros(len(good))
-        motion = self._estimator.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
-        throwing[good] = motion.stop_time
-        start = meeting.time + self._dwell
-        stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
-        among = Candidates(np.ones(len(good)), start + throwing, start, start + stays, good)
-        return index(self._rule, among, self._patience), motion
-
-    def _count_passed(self, rows: Ints, place: Ints, elapsed: Floats) -> Ints:
-        """Number of objects per queue that leave unpicked until the lift of the object at a place (K,).
-
-        In a queue without a feasible object (place Q) all objects leave.
-        """
-        if self._rule == "first":
-            return place
-        out = self.stream.queue_x[rows] + self._belt.speed * elapsed[:, None] > self._belt.pick_x[1]
-        out &= np.arange(self.stream.length) != place[:, None]
-        return np.where(place < self.stream.length, out.sum(axis=1), self.stream.length)
-
-
-def _comparison_planner(planner: PickPlanner) -> PickPlanner:
-    """The planner with which a rule compares objects; the chosen object is planned by the cell's planner.
-
-    Planning a free direction takes a hundred times as long as planning a straight throw, so straight throws are
-    compared instead; likewise rectangles instead of ellipses.
-    """
-    quick = {"free_direction": "straight", "straight_flying": "straight", "ellipse": "pick_and_place"}.get(
-        planner.config.planner
-    )
-    return planner if quick is None else PickPlanner(planner.config.model_copy(update={"planner": quick}))
-
-
-def _queue_length(config: ConveyorConfig) -> int:
-    """Length of a queue: for rules that compare objects, about the number of objects downstream of the camera."""
-    belt = config.belt
-    if config.dispatch == "first":
-        return SHORTEST_QUEUE
-    long = np.mean([item.size[:2] for item in config.item_list()]) if belt.gap == "edge" else 0.0
-    count = (belt.pick_x[1] - belt.camera_x) / (np.mean(belt.spacing) + long)
-    return int(np.clip(np.ceil(count), SHORTEST_QUEUE, LONGEST_QUEUE))

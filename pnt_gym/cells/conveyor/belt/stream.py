@@ -76,27 +76,30 @@ class BeltStream:
         """Start new streams in some rows; the first object enters the window one gap after the episode begins."""
         self.x[rows, -1] = self._belt.pick_x[0]
         whole = np.full(len(rows), self.length)
-        self._append(rows, whole, whole, np.zeros(len(rows)), is_empty=True)
+        self.ride(rows, whole, whole, np.zeros(len(rows)), is_empty=True)
         self.x[rows, :PASSED_PLACES], self.knocked[rows] = AWAY, False
 
     def in_queue(self, rows: Ints, places: Ints) -> tuple[Objects, Floats]:
         """Objects (K,) at places of the queues of some rows (K,), and their positions along the belt (K,) [m]."""
         return take(self.objects, (rows, PASSED_PLACES + places)), self.x[rows, PASSED_PLACES + places]
 
-    def ride(self, rows: Ints, picked: Ints, gone: Ints, elapsed: Floats) -> None:
+    def ride(self, rows: Ints, picked: Ints, gone: Ints, way: Floats, is_empty: bool = False) -> None:
         """Move belts on, remove picked objects, and append new objects.
 
         Args:
             rows: the belts (K,).
             picked: place in the queue of the picked object (K,); Q for none.
             gone: number of other objects, from the front of the queue, that leave unpicked (K,).
-            elapsed: the time that passes (K,) [s].
+            way: ways of the belts (K,) [m].
+            is_empty: on an empty belt the first object comes behind the last place.
         """
-        self._append(rows, picked, gone, self._belt.speed * elapsed)
-
-    def _append(self, rows: Ints, picked: Ints, gone: Ints, way: Floats, is_empty: bool = False) -> None:
-        """Move belts on as `ride`, by ways (K,) [m]; on an empty belt the first object comes behind the last place."""
-        stored, new = self.objects, self._draw_objects(rows, gone + (picked < self.length))
+        stored, counts, draw = self.objects, gone + (picked < self.length), self._planner.draw
+        if self._belt.gap == "centre":
+            drawn = [draw(self._generators, rows[[k]], count) for k, count in enumerate(counts.tolist())]
+            new = take(concatenate_records(drawn, axis=1), 0)
+        else:
+            # One by one, so that the number of objects in a call does not change the draws.
+            new = take(draw(self._generators, np.repeat(rows, counts), 1), np.s_[:, 0])
         yaw = np.concatenate([stored.rows["yaw"][rows, -1], new.yaw])
         has_extent = np.full(len(yaw), self._belt.gap == "edge")
         has_extent[: len(rows)] &= not is_empty
@@ -105,15 +108,6 @@ class BeltStream:
         newcomers = sweep.Newcomers(*in_order(new.rows, new.fill, np.cos(yaw), np.sin(yaw), has_extent))
         sweep.move_belts(ride, newcomers, PASSED_PLACES, belts)
         self.objects = Objects(stored.rows, stored.fill)
-
-    def _draw_objects(self, rows: Ints, counts: Ints) -> Objects:
-        """Draw numbers (K,) of new objects for some rows, one row after the other."""
-        draw = self._planner.draw
-        if self._belt.gap == "centre":
-            drawn = [draw(self._generators, rows[[k]], count) for k, count in enumerate(counts.tolist())]
-            return take(concatenate_records(drawn, axis=1), 0)
-        # One by one, so that the number of objects in a call does not change the draws.
-        return take(draw(self._generators, np.repeat(rows, counts), 1), np.s_[:, 0])
 
 
 def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
@@ -125,10 +119,8 @@ def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
         speed: speed of the belt [m/s].
     """
     times = np.arange(0.0, float(free_at.max(initial=0.0)) + CHECK_AFTER_RELEASE, CHECK_INTERVAL)
-    way = np.empty((len(free_at), len(times), 3))
     inputs = in_order(motion.path.table, motion.pick, free_at, times)
-    sweep.move_objects(*inputs, CHECK_AFTER_RELEASE, speed, way)
-    return way
+    return sweep.course(*inputs, CHECK_AFTER_RELEASE, speed)
 
 
 def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: Footprints, place: Floats) -> Bools:
@@ -141,8 +133,6 @@ def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: 
         neighbours: the other objects (N, K).
         place: middles of the other objects at the lift (N, K, 2) [m].
     """
-    collides = np.empty(place.shape[:2], dtype=np.bool_)
     outlines = sweep.Carried(*in_order(carried.shape, carried.size, carried.yaw, start, way))
     others = sweep.Neighbours(*in_order(neighbours.shape, neighbours.size, neighbours.yaw, place))
-    sweep.find_sweeps(outlines, others, collides)
-    return collides
+    return sweep.sweeps_through(outlines, others)

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from pnt_gym.arrays import Floats
+import numpy as np
+
 from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.compiled import kernel, kernel_part
@@ -144,10 +145,8 @@ def move_belts(ride: Ride, new: Newcomers, passed: int, belts: Belts) -> None:
 
 
 @kernel
-def move_objects(
-    table: Rows2[Knot], pick: Floats2, free_at: Floats1, times: Floats1, flight: float, speed: float, way: Floats3
-) -> None:
-    """Write displacements of N objects under hands, then in flight, from the belt's moving surface.
+def course(table: Rows2[Knot], pick: Floats2, free_at: Floats1, times: Floats1, flight: float, speed: float) -> Floats3:
+    """Displacements of N objects under hands, then in flight, from the belt's moving surface (N, M, 3) [m].
 
     Args:
         table: paths of the hands (N, R), see `planning.motion.kernel.lay_out`.
@@ -156,8 +155,8 @@ def move_objects(
         times: times since the lift (M,) [s].
         flight: longest time after the release; at later times the objects are where they were then [s].
         speed: speed of the belt along x [m/s].
-        way: written (N, M, 3) [m].
     """
+    way = np.empty((len(free_at), len(times), 3))
     for row in range(len(way)):
         place = 0
         for k in range(len(times)):
@@ -170,6 +169,7 @@ def move_objects(
                 way[row, k, axis] = position - pick[row, axis] + since * velocity
             way[row, k, 2] -= 0.5 * GRAVITY * (since * since)
             way[row, k, 0] -= speed * time
+    return way
 
 
 @kernel_part
@@ -200,27 +200,23 @@ def _outer_radius(outline: Outline) -> float:
     return 0.5 * math.sqrt(outline.length * outline.length + outline.width * outline.width)
 
 
-@kernel_part
-def _meets(carried: Outline, way: Floats, neighbour: Outline, tall: float, x: float, y: float) -> bool:
-    """Whether a carried object meets a neighbour on its way (M, 3), at a distance x, y from its begin [m]."""
-    reach = _outer_radius(carried) + _outer_radius(neighbour)
-    for k in range(len(way)):
-        # Most of the time a hand is above all objects.
-        if -BESIDE_DEPTH < way[k, 2] < tall:
-            east, north = x - way[k, 0], y - way[k, 1]
-            if east * east + north * north < reach * reach and _overlap(carried, neighbour, east, north):
-                return True
-    return False
-
-
 @kernel
-def find_sweeps(carried: Carried, others: Neighbours, collides: Bools2) -> None:
-    """Write to `collides` (N, K) which of K neighbours each of N carried objects sweeps through."""
-    for row in range(len(collides)):
-        size, start = carried.size[row], carried.start[row]
+def sweeps_through(carried: Carried, others: Neighbours) -> Bools2:
+    """Which of K neighbours each of N carried objects sweeps through on its way (N, K)."""
+    count, around = others.shape.shape
+    collides = np.zeros((count, around), np.bool_)
+    for row in range(count):
+        size, start, way = carried.size[row], carried.start[row], carried.way[row]
         outline = Outline(carried.shape[row] == ELLIPSOID, size[0], size[1], carried.yaw[row])
-        for k in range(collides.shape[1]):
+        for k in range(around):
             size, place = others.size[row, k], others.place[row, k]
-            neighbour = Outline(others.shape[row, k] == ELLIPSOID, size[0], size[1], others.yaw[row, k])
-            x, y = place[0] - start[0], place[1] - start[1]
-            collides[row, k] = _meets(outline, carried.way[row], neighbour, size[2], x, y)
+            neighbour, tall = Outline(others.shape[row, k] == ELLIPSOID, size[0], size[1], others.yaw[row, k]), size[2]
+            reach = _outer_radius(outline) + _outer_radius(neighbour)
+            for moment in range(len(way)):
+                # Most of the time a hand is above all objects.
+                if -BESIDE_DEPTH < way[moment, 2] < tall:
+                    x, y = place[0] - start[0] - way[moment, 0], place[1] - start[1] - way[moment, 1]
+                    if x * x + y * y < reach * reach and _overlap(outline, neighbour, x, y):
+                        collides[row, k] = True
+                        break
+    return collides

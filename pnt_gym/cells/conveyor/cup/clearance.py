@@ -75,9 +75,7 @@ class Passage(NamedTuple):
             margin: gap below which a touch is possible [m].
             lip: length of a compliant lip at the tip of the cup, which touches nothing [m].
         """
-        near = np.empty(self.centre.shape[:2], dtype=np.bool_)
-        kernel.find_near(Bodies.of(objects), Passage(*in_order(*self)), gap, margin, lip, near)
-        return near
+        return kernel.may_touch(Bodies.of(objects), Passage(*in_order(*self)), gap, margin, lip)
 
 
 def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats) -> Passage:
@@ -89,9 +87,7 @@ def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats
         since: time from the release (K,) [s].
     """
     turned = length(parting.rate)[:, None] * since
-    passage = Passage(*(np.empty(hand[0].shape) for _ in Passage._fields))
-    kernel.predict(Parting(*in_order(*parting)), *in_order(*hand, since, np.cos(turned), np.sin(turned)), passage)
-    return passage
+    return kernel.predict_passage(Parting(*in_order(*parting)), *in_order(*hand, since, np.cos(turned), np.sin(turned)))
 
 
 def follow_passage(motion: tuple[Floats, Floats, Floats], hand: tuple[Floats, Floats]) -> Passage:
@@ -102,9 +98,7 @@ def follow_passage(motion: tuple[Floats, Floats, Floats], hand: tuple[Floats, Fl
         hand: position and velocity of the hands (N, K, 3) [m, m/s].
     """
     position, velocity, attitude = motion
-    up = np.empty(position.shape)
-    kernel.verticals(np.ascontiguousarray(attitude), up)
-    return Passage(position - hand[0], velocity - hand[1], up)
+    return Passage(position - hand[0], velocity - hand[1], vertical(attitude))
 
 
 def touches(objects: Objects, centre: Floats, attitude: Floats) -> Bools:

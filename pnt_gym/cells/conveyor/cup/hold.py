@@ -109,9 +109,7 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
         objects: N objects.
         place: one point per object, relative to the object's middle, along world x, y (N, 2) [m].
     """
-    inside = np.empty(len(place))
-    kernel.find_inside(*in_order(objects.rows, place), inside)
-    return inside
+    return kernel.inside_outline(*in_order(objects.rows, place))
 
 
 def grips(context: Context, sealed: Bools, path: HandPath, release_time: Floats, config: ConveyorConfig) -> Grips:

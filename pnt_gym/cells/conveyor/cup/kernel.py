@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.items import BOX, CYLINDER
 from pnt_gym.cells.conveyor.cup.clearance import Bodies, Passage
@@ -56,16 +58,15 @@ def _reach(shape: int, extents: Floats, a: float, b: float, c: float) -> float:
 
 
 @kernel
-def predict(
+def predict_passage(
     parting: Parting,
     hand: Floats3,
     hand_velocity: Floats3,
     since: Floats1,
     cosine: Floats2,
     sine: Floats2,
-    passage: Passage,
-) -> None:
-    """Predict motions of released objects relative to their cups, under gravity alone and with constant spin.
+) -> Passage:
+    """Motions of released objects relative to their cups, under gravity alone and with constant spin.
 
     Args:
         parting: state of the N objects at the release.
@@ -74,9 +75,9 @@ def predict(
         since: time from the release (K,) [s].
         cosine: cosines of the angles by which the objects have turned (N, K).
         sine: sines of these angles (N, K).
-        passage: written.
     """
     centre, velocity = parting.centre, parting.velocity
+    passage = Passage(np.empty(hand.shape), np.empty(hand.shape), np.empty(hand.shape))
     for row in range(len(centre)):
         first = _vertical(parting.attitude[row])
         a, b, c = _numbers(parting.rate[row])
@@ -100,19 +101,14 @@ def predict(
                 passage.drift[row, k, axis] = speed
                 turned = along[axis] + cosine[row, k] * (first[axis] - along[axis])
                 passage.up[row, k, axis] = turned - sine[row, k] * across[axis]
+    return passage
 
 
 @kernel
-def verticals(attitude: Floats3, up: Floats3) -> None:
-    """Write to `up` (N, K, 3) the vertical in the axes of objects with attitudes (N, K, 4)."""
-    for row in range(len(up)):
-        for k in range(up.shape[1]):
-            up[row, k, 0], up[row, k, 1], up[row, k, 2] = _vertical(attitude[row, k])
-
-
-@kernel
-def find_near(objects: Bodies, passage: Passage, gap: float, margin: float, lip: float, near: Bools2) -> None:
-    """Find the moments (N, K) at which cups may touch objects, as `clearance.Passage.may_touch`."""
+def may_touch(objects: Bodies, passage: Passage, gap: float, margin: float, lip: float) -> Bools2:
+    """Moments (N, K) at which cups may touch objects, as `clearance.Passage.may_touch` says."""
+    count, moments, _ = passage.centre.shape
+    near = np.empty((count, moments), np.bool_)
     for row in range(len(near)):
         length, width, height = _numbers(objects.extents[row])
         centre, cup = objects.top[row] - height / 2.0, objects.radius[row]
@@ -131,48 +127,28 @@ def find_near(objects: Bodies, passage: Passage, gap: float, margin: float, lip:
             reach = _reach(objects.shape[row], objects.extents[row], a, b, upright)
             highest = z - lip + centre * upright + min(reach, face)
             near[row, k] = highest > -room and sideways < wide + room
-
-
-@kernel
-def face_moves(
-    acceleration: Floats3, velocity: Floats3, draught: Floats2, cosine: Floats1, sine: Floats1, moves: Floats3
-) -> None:
-    """Turn motions of hands into the axes in which their objects hang at rest.
-
-    Args:
-        acceleration: accelerations of the hands (N, K, 3) [m/s2].
-        velocity: velocities of the hands (N, K, 3) [m/s].
-        draught: velocities of the air along x, y (N, 2) [m/s].
-        cosine: cosines of the objects' yaw (N,).
-        sine: sines of the objects' yaw (N,).
-        moves: filled with the accelerations, and the velocities against the air (N, K, 6).
-    """
-    for row in range(len(moves)):
-        cos, sin = cosine[row], sine[row]
-        for k in range(moves.shape[1]):
-            x, y, z = _numbers(acceleration[row, k])
-            moves[row, k, 0], moves[row, k, 1], moves[row, k, 2] = cos * x + sin * y, cos * y - sin * x, z
-            x, y, z = velocity[row, k, 0] - draught[row, 0], velocity[row, k, 1] - draught[row, 1], velocity[row, k, 2]
-            moves[row, k, 3], moves[row, k, 4], moves[row, k, 5] = cos * x + sin * y, cos * y - sin * x, z
+    return near
 
 
 @kernel
 def part_objects(
-    state: Floats2, arm: Floats2, hanging: Floats2, cosine: Floats1, sine: Floats1, parting: Parting
-) -> None:
-    """Compute places, velocities and attitudes of swinging objects at their release.
+    state: Floats2, arm: Floats2, hanging: Parting, cosine: Floats1, sine: Floats1, unsure: Bools1
+) -> Parting:
+    """Releases of objects that have swung under their cups.
 
     Args:
         state: states in the axes in which the objects hang at rest (N, STATE).
         arm: centres of mass relative to the tips, in the objects' axes at rest (N, 3) [m].
-        hanging: attitudes of the objects at rest (N, 4).
+        hanging: releases of the objects at rest, to whose velocities those of the swing are added.
         cosine: cosines of the objects' yaw (N,).
         sine: sines of the objects' yaw (N,).
-        parting: filled with centres and attitudes; to its velocities those of the swing are added.
+        unsure: which objects touched something solid (N,).
     """
+    velocities, rates = hanging.velocity.copy(), hanging.rate + state[:, 10:13]
+    centres, attitudes = np.empty(velocities.shape), np.empty(hanging.attitude.shape)
     for row in range(len(state)):
         turn, cos, sin = state[row, 3:7], cosine[row], sine[row]
-        centre, velocity, attitude = parting.centre[row], parting.velocity[row], parting.attitude[row]
+        centre, velocity, attitude, rest = centres[row], velocities[row], attitudes[row], hanging.attitude[row]
         a, b, c = _numbers(arm[row])
         x, y, z = _rotate(turn, a, b, c)
         centre[0], centre[1], centre[2] = cos * x - sin * y, cos * y + sin * x, z
@@ -183,19 +159,18 @@ def part_objects(
         velocity[1] += cos * y + sin * x
         velocity[2] += z
         # Hamilton's product of the attitude at rest and the turn.
-        w, a, b, c = hanging[row, 0], hanging[row, 1], hanging[row, 2], hanging[row, 3]
+        w, a, b, c = rest[0], rest[1], rest[2], rest[3]
         v, x, y, z = turn[0], turn[1], turn[2], turn[3]
         attitude[0] = w * v - (a * x + b * y + c * z)
         attitude[1] = w * x + v * a + (b * z - c * y)
         attitude[2] = w * y + v * b + (c * x - a * z)
         attitude[3] = w * z + v * c + (a * y - b * x)
+    return Parting(centres, velocities, attitudes, rates, hanging.push, unsure)
 
 
 @kernel
-def find_solid(
-    objects: Bodies, arm: Floats2, middle: Floats1, swing: Swing, lip: float, floor: float, touched: Bools1
-) -> None:
-    """Find the swinging objects that touch the belt or the solid part of their cups before their release.
+def find_solid(objects: Bodies, arm: Floats2, middle: Floats1, swing: Swing, lip: float, floor: float) -> Bools1:
+    """Which swinging objects touch the belt or the solid part of their cups before their release (N,).
 
     Args:
         objects: the N objects.
@@ -204,10 +179,9 @@ def find_solid(
         swing: the swing.
         lip: length of the cups' lips [m].
         floor: height below which an object touches the belt [m].
-        touched: filled with whether an object touches either (N,).
     """
+    touched = np.zeros(len(arm), np.bool_)
     for row in range(len(touched)):
-        touched[row] = False
         for k in range(swing.attitude.shape[1]):
             a, b, upright = _vertical(swing.attitude[row, k])
             below = arm[row, 0] * a + arm[row, 1] * b + (arm[row, 2] + middle[row]) * upright
@@ -216,3 +190,4 @@ def find_solid(
             tilt = math.sqrt(max(1.0 - upright * upright, 0.0))
             steep = objects.radius[row] * tilt > lip or upright < TILT_COSINE
             touched[row] = touched[row] or steep or low < floor
+    return touched

@@ -7,10 +7,11 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, in_order
+from pnt_gym.arrays import Floats, Ints, in_order
 from pnt_gym.cells.base import freefall
 from pnt_gym.cells.base.airborne import STATE, Body, Hanging, Pivot
 from pnt_gym.cells.base.items import CYLINDER
+from pnt_gym.cells.base.rotations import turn_back
 from pnt_gym.cells.conveyor.config import LIP_GAP, LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup import kernel as cup_kernel
@@ -96,47 +97,25 @@ def swing_objects(
         stride: steps between two records of the swing.
         config: the cell.
     """
-    motion = hand(np.arange(max(release.tolist()) + 1, dtype=np.int64))
-    state, attitudes = _swing(context, spring, motion, release, stride, config)
-    return _part(context, hanging, state, _touches_solid(context, attitudes, motion, release, stride, config))
-
-
-def _swing(
-    context: Context, spring: Spring, motion: Samples, release: Ints, stride: int, config: ConveyorConfig
-) -> tuple[Floats, Floats]:
-    """States (N, STATE) at the release, and attitudes (N, L, 4) every `stride` steps, of objects that hang at first."""
+    motion, o = hand(np.arange(max(release.tolist()) + 1, dtype=np.int64)), context.objects
     count, steps, _ = motion.velocity.shape
-    moves = np.empty((count, steps, 6))
-    inputs = in_order(motion.acceleration, motion.velocity, context.drift.draught, *context.objects.turn)
-    cup_kernel.face_moves(*inputs, moves)
+    cosine, sine = o.turn
+    against_air = motion.velocity.copy()
+    against_air[..., :2] -= context.drift.draught[:, None]
+    # Accelerations and velocities in the axes in which the objects hang at rest.
+    moves = np.concatenate([motion.acceleration, against_air], axis=1)
+    moves = turn_back(moves, cosine[:, None], sine[:, None]).reshape(count, 2, steps, 3)
     state, attitudes = np.zeros((count, STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
     state[:, 3] = 1.0
     pivot = Pivot.zeros(count, arm=context.arm, stiffness=spring.stiffness, damping=spring.damping)
-    hanging = Hanging(body_constants(context), pivot, config.mismatch)
-    freefall.swing_down(state, hanging, moves, release, config.timestep, stride, attitudes)
-    return state, attitudes
-
-
-def _part(context: Context, hanging: Parting, state: Floats, unsure: Bools) -> Parting:
-    """The release of objects that have swung to states (N, STATE); which of them touched something solid (N,)."""
-    count, rate = len(state), hanging.rate + state[:, 10:13]
-    centre, attitude, velocity = np.empty((count, 3)), np.empty((count, 4)), hanging.velocity.copy()
-    parting = Parting(*in_order(centre, velocity, attitude, rate, hanging.push, unsure))
-    cup_kernel.part_objects(state, *in_order(context.arm, hanging.attitude, *context.objects.turn), parting)
-    return parting
-
-
-def _touches_solid(
-    context: Context, attitudes: Floats, motion: Samples, release: Ints, stride: int, config: ConveyorConfig
-) -> Bools:
-    """Whether objects with attitudes (N, L, 4) touched the belt or the solid part of their cups (N,)."""
-    o, touched = context.objects, np.empty(len(release), dtype=np.bool_)
-    arm, middle, attitudes, positions, release = in_order(context.arm, _middle(o), attitudes, motion.position, release)
-    floor = config.belt.height - CONTACT_DEPTH
-    cup_kernel.find_solid(
-        Bodies.of(o), arm, middle, Swing(attitudes, positions, release, stride), LIP_LENGTH, floor, touched
+    lips = Hanging(body_constants(context), pivot, config.mismatch)
+    freefall.swing_down(
+        state, lips, np.concatenate([moves[:, 0], moves[:, 1]], axis=2), release, config.timestep, stride, attitudes
     )
-    return touched
+    swing, floor = Swing(*in_order(attitudes, motion.position, release), stride), config.belt.height - CONTACT_DEPTH
+    arm, middle = in_order(context.arm, _middle(o))
+    unsure = cup_kernel.find_solid(Bodies.of(o), arm, middle, swing, LIP_LENGTH, floor)
+    return cup_kernel.part_objects(state, arm, Parting(*in_order(*hanging)), *in_order(cosine, sine), unsure)
 
 
 def _middle(objects: Objects) -> Floats:

@@ -30,7 +30,7 @@ from pnt_gym.cells.conveyor.objects.rows import (
 )
 from pnt_gym.cells.conveyor.sections import Suction
 from pnt_gym.constants import GRAVITY
-from pnt_gym.rows import Row, Rows1
+from pnt_gym.rows import Row
 
 NORMALS, UNIFORMS = Normals.dtype.itemsize // 8, Uniforms.dtype.itemsize // 8
 """Numbers of an object's standard normal and uniform draws."""
@@ -90,23 +90,20 @@ class ObjectMaker:
         aside: Any = Aside.empty(*shape)
         aside["pick"], aside["seen"] = side_draws.pick, side_draws.seen
         z, u, made = _rows(normals, Normals), _rows(uniforms, Uniforms), rows.reshape(-1)
-        kernel.draw_objects(StandardDraws(z, u, aside.reshape(-1), self._factors(z)), self._mix, made)
+        # Exponential factors; spreads are log-normal, so values stay positive.
+        spread, doubles, exponents = config.spread, words(z), np.empty((len(z), 8))
+        exponents[:, :5] = self._scales * doubles[:, _SPREAD_COLUMNS]
+        exponents[:, 5:] = spread.size * doubles[:, 1:2] + spread.size_axis * doubles[:, 2:5]
+        factors = _rows(np.exp(exponents), Factors)
+        kernel.draw_objects(StandardDraws(z, u, aside.reshape(-1), factors), self._mix, made)
         seal, mass = made["seal"], made["mass"]
-        tau = time_constant(seal, config.suction)
-        delay = _release_delay(seal, mass, tau, config.suction) + self._table.clings[made["kind"]]
+        delay = release_delay(seal, mass, config.suction) + self._table.clings[made["kind"]]
         # An object cannot be free before the valve's command, whatever the jitter.
         made["delay"] = np.maximum(config.mismatch * delay + made["jitter"], 0.0)
         spin = made["spin"].copy()
-        _add_spins(Objects(made, side_draws.fill), made["grasp"], tau, spin, config)
+        write_spins(Objects(made, side_draws.fill), made["grasp"], time_constant(seal, config.suction), spin, config)
         made["spin"] = spin
         return Objects(rows, side_draws.fill)
-
-    def _factors(self, normals: Rows1[Normals]) -> Rows1[Factors]:
-        """Exponential factors (N,); spreads are log-normal, so values stay positive."""
-        spread, z, exponents = self._config.spread, words(normals), np.empty((len(normals), 8))
-        exponents[:, :5] = self._scales * z[:, _SPREAD_COLUMNS]
-        exponents[:, 5:] = spread.size * z[:, 1:2] + spread.size_axis * z[:, 2:5]
-        return _rows(np.exp(exponents), Factors)
 
 
 def _rows(draws: Floats, kind: type[Row]) -> Any:
@@ -140,12 +137,7 @@ def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
     Returns:
         valve + tau_e ln(F0 / (m g)) [s], never below 0.
     """
-    return _release_delay(seal, mass, time_constant(seal, suction), suction)
-
-
-def _release_delay(seal: Floats, mass: Floats, tau: Floats, suction: Suction) -> Floats:
-    """Delays as `release_delay`, for time constants tau_e [s]."""
-    return np.maximum(suction.valve + tau * np.log(seal / (mass * GRAVITY)), 0.0)
+    return np.maximum(suction.valve + time_constant(seal, suction) * np.log(seal / (mass * GRAVITY)), 0.0)
 
 
 def time_constant(seal: Floats, suction: Suction) -> Floats:
@@ -155,7 +147,7 @@ def time_constant(seal: Floats, suction: Suction) -> Floats:
     return suction.tau / (1.0 + suction.leak * leak)
 
 
-def _add_spins(objects: Objects, grasp: Floats, tau: Floats, spin: Floats, config: ConveyorConfig) -> None:
+def write_spins(objects: Objects, grasp: Floats, tau: Floats, spin: Floats, config: ConveyorConfig) -> None:
     """Write the spins of N objects at release (N, 3) [rad/s], in place: of the peeling lip and of blown air.
 
     Args:
@@ -185,7 +177,7 @@ def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal:
 
     def of(place: Floats, force: Floats) -> Floats:
         spin = random_spin(np.zeros_like(objects.spin), config.spread.spin_per_offset * place)
-        _add_spins(objects, place, time_constant(force, config.suction), spin, config)
+        write_spins(objects, place, time_constant(force, config.suction), spin, config)
         return spin
 
     return objects.spin + (of(grasp, objects.seal if seal is None else seal) - of(objects.grasp, objects.seal))

@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.body_kernel import extents_of_lying, inertia_of_extents
+from pnt_gym.cells.base.body_kernel import lying_extents, solid_shell_inertia
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects
@@ -38,17 +40,8 @@ def draw_kind(draw: float, bounds: Floats, count: int) -> int:
 
 
 @kernel_part
-def _write_constants(made: Any, item: Any, is_fitted: bool) -> None:
-    """Write the values that are the same for all objects of an item."""
-    made.shape, made.friction, made.rolling_friction = item.shape, item.friction, item.rolling_friction
-    made.solref[0], made.solref[1] = item.solref[0], item.solref[1]
-    made.cup_friction, made.pick_chance = item.cup_friction, item.pick_chance
-    made.cup_radius = item.cup_radius if is_fitted else CUP_RADIUS
-
-
-@kernel_part
-def _write_body(made: Any, z: Any, u: Any, factors: Any, item: Any, cell: Any) -> None:
-    """Write true extents, mass, drag, seal and depth of an object."""
+def _write_truth(made: Any, z: Any, u: Any, factors: Any, item: Any, cell: Any) -> None:
+    """Write true extents, mass, drag, seal and depth of an object, and how it lies."""
     for axis in range(3):
         # A cylinder keeps one diameter.
         factor = factors.size[2 if item.shape == CYLINDER and axis == 1 else axis]
@@ -62,11 +55,7 @@ def _write_body(made: Any, z: Any, u: Any, factors: Any, item: Any, cell: Any) -
     made.com_depth = share * made.size[2] + cell.mismatch * cell.height * z.height
     # At mismatch 0 the planner throws the centre of mass, from mismatch 1 on the tip of the cup.
     made.known_depth = max(1.0 - cell.mismatch, 0.0) * made.com_depth
-
-
-@kernel_part
-def _write_place(made: Any, z: Any, u: Any, cell: Any) -> None:
-    """Write how an object lies on the belt and under the cup, and its random spin."""
+    # How the object lies on the belt and under the cup, and its random spin.
     mismatch, draws = cell.mismatch, made.draws
     made.yaw = cell.yaw * (2.0 * u.yaw - 1.0)
     for axis in range(2):
@@ -87,20 +76,6 @@ def _write_place(made: Any, z: Any, u: Any, cell: Any) -> None:
             draws.bin[attempt, k] = u.bin[attempt, k]
 
 
-@kernel_part
-def _write_measured(made: Any, z: Any, factors: Any, cell: Any) -> None:
-    """Write the measurements of an object: the height is measured without noise, by the cup."""
-    measured = made.measured
-    measured.shape = made.shape
-    for axis in range(2):
-        noise = cell.size_noise * z.seen_size[axis]
-        measured.size[axis] = max(made.size[axis] + noise, SMALLEST_EXTENT)
-        measured.grasp_noise[axis] = cell.grasp_noise * z.seen_grasp[axis]
-    measured.size[2] = made.size[2]
-    measured.mass, measured.seal = made.mass * factors.seen_mass, made.seal * factors.seen_seal
-    measured.yaw = made.yaw + cell.yaw_noise * z.seen_yaw
-
-
 @kernel
 def draw_objects(draws: StandardDraws, mix: ItemMix, objects: Rows1[Objects]) -> None:
     """Write N objects, without the delays of their releases and the spins of lips and air."""
@@ -111,14 +86,25 @@ def draw_objects(draws: StandardDraws, mix: ItemMix, objects: Rows1[Objects]) ->
         seen = draw_kind(draws.aside[row].seen, mix.confusion[kind], len(items)) if len(mix.confusion) > 0 else kind
         made.kind, made.measured.kind = kind, seen
         made.measured.friction = items[seen].cup_friction
-        _write_constants(made, items[kind], cell.fitted)
-        _write_body(made, z, u, factors, items[kind], cell)
-        _write_place(made, z, u, cell)
-        _write_measured(made, z, factors, cell)
-        made.pick_draw, made.percent = (
-            draws.aside[row].pick,
-            percent[min(int(u.percent * len(percent)), len(percent) - 1)],
-        )
+        # The values that are the same for all objects of an item.
+        item = items[kind]
+        made.shape, made.friction, made.rolling_friction = item.shape, item.friction, item.rolling_friction
+        made.solref[0], made.solref[1] = item.solref[0], item.solref[1]
+        made.cup_friction, made.pick_chance = item.cup_friction, item.pick_chance
+        made.cup_radius = item.cup_radius if cell.fitted else CUP_RADIUS
+        _write_truth(made, z, u, factors, item, cell)
+        # The measurements: the height is measured without noise, by the cup.
+        measured = made.measured
+        measured.shape = made.shape
+        for axis in range(2):
+            noise = cell.size_noise * z.seen_size[axis]
+            measured.size[axis] = max(made.size[axis] + noise, SMALLEST_EXTENT)
+            measured.grasp_noise[axis] = cell.grasp_noise * z.seen_grasp[axis]
+        measured.size[2] = made.size[2]
+        measured.mass, measured.seal = made.mass * factors.seen_mass, made.seal * factors.seen_seal
+        measured.yaw = made.yaw + cell.yaw_noise * z.seen_yaw
+        made.pick_draw = draws.aside[row].pick
+        made.percent = percent[min(int(u.percent * len(percent)), len(percent) - 1)]
 
 
 @kernel
@@ -151,8 +137,8 @@ def blow_impulse(mass: float, x: float, y: float, speed: float) -> tuple[float, 
 def _spin(leaving: Any, x: float, y: float, gyration: Floats) -> tuple[float, float, float]:
     """Spin of a free object about x, y, z [rad/s], from an angular impulse about the world's x and y [N m s]."""
     cos, sin = leaving.cosine, leaving.sine
-    length, width, height = extents_of_lying(leaving.shape == CYLINDER, leaving.size)
-    inertia_x, inertia_y, _ = inertia_of_extents(gyration[leaving.shape] * leaving.mass, length, width, height)
+    length, width, height = lying_extents(leaving.shape == CYLINDER, leaving.size)
+    inertia_x, inertia_y, _ = solid_shell_inertia(gyration[leaving.shape] * leaving.mass, length, width, height)
     # The inertia is diagonal only in the object's axes: there the impulse becomes a spin, which is turned back.
     about_x = (cos * x + sin * y) / inertia_x
     about_y = (cos * y - sin * x) / inertia_y
@@ -182,8 +168,9 @@ def write_spins(
 
 
 @kernel
-def find_inside(objects: Rows1[Objects], place: Floats2, inside: Floats1) -> None:
-    """Write the distances (N,) [m] of points (N, 2) from outlines, as `hold.inside_outline`."""
+def inside_outline(objects: Rows1[Objects], place: Floats2) -> Floats1:
+    """Distances (N,) [m] of points (N, 2) from outlines, as `hold.inside_outline` says."""
+    inside = np.empty(len(place))
     for row in range(len(inside)):
         object_ = objects[row]
         cos, sin, x, y = math.cos(object_.yaw), math.sin(object_.yaw), place[row, 0], place[row, 1]
@@ -195,6 +182,7 @@ def find_inside(objects: Rows1[Objects], place: Floats2, inside: Floats1) -> Non
             beyond, aside = along - length, across - width
             outside = math.hypot(max(beyond, 0.0), max(aside, 0.0))
             inside[row] = max(min(-beyond, -aside), 0.0) - outside
+    return inside
 
 
 @kernel

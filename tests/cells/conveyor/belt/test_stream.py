@@ -37,7 +37,7 @@ def endless(config) -> tuple[Objects, np.ndarray]:
         queues.append(stream.queue)
         places.append(stream.queue_x - travelled)  # where they would lie had the belt never moved
         everyone = np.full(BELTS, LONG)
-        stream.ride(np.arange(BELTS), everyone, everyone, np.full(BELTS, 0.5))
+        stream.ride(np.arange(BELTS), everyone, everyone, np.full(BELTS, 0.5 * config.belt.speed))
     objects, x = concatenate_records(queues, axis=1), np.concatenate(places, axis=1)
     return objects, np.stack([x, objects.draws.lane_y], axis=-1)
 
@@ -85,7 +85,7 @@ def seen_of(stream, rides):
         for row, (mass, x) in enumerate(zip(stream.queue.mass, stream.queue_x - travelled[:, None], strict=True)):
             found |= {(row, m): p for m, p in zip(mass, x, strict=True)}
         rows = np.arange(len(stream.x))
-        stream.ride(rows, taken(rows), gone(rows), np.full(len(rows), elapsed))
+        stream.ride(rows, taken(rows), gone(rows), np.full(len(rows), stream._belt.speed * elapsed))
         travelled += stream._belt.speed * elapsed
     return found
 
@@ -107,7 +107,7 @@ def test_with_gaps_between_edges_the_stream_is_the_same_whatever_is_taken():
 def test_what_is_taken_goes_what_is_let_go_rides_on_and_all_else_stays(gap):
     stream = stream_of(vary("waste", belt={"gap": gap}), 7, rows=3)
     before, x = stream.objects.mass.copy(), stream.x.copy()
-    stream.ride(np.array([0, 2]), np.array([3, 7]), np.array([2, 4]), np.array([0.5, 0.25]))
+    stream.ride(np.array([0, 2]), np.array([3, 7]), np.array([2, 4]), stream._belt.speed * np.array([0.5, 0.25]))
     assert same_bits(stream.x[1], x[1])
     assert same_bits(stream.objects.mass[1], before[1])
     kept = np.delete(before[0], PASSED_PLACES + 3)

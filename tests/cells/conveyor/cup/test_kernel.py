@@ -71,19 +71,8 @@ def test_possible_touches_are_those_of_the_formula(objects, rng, lip):
 
 def test_the_vertical_is_that_of_the_attitude(rng):
     turns = Rotation.random(COUNT * MOMENTS, rng=rng)
-    up = np.empty((COUNT, MOMENTS, 3))
-    kernel.verticals(quaternions(turns, COUNT, MOMENTS), up)
+    up = vertical(quaternions(turns, COUNT, MOMENTS))
     np.testing.assert_allclose(up.reshape(-1, 3), turns.inv().apply([0, 0, 1]), atol=1e-12)
-
-
-def test_moves_are_turned_back_by_the_yaw_and_taken_against_the_draught(rng):
-    acceleration, velocity = rng.normal(size=(2, COUNT, MOMENTS, 3))
-    yaw, draught, moves = rng.uniform(-4.0, 4.0, COUNT), rng.normal(size=(COUNT, 2)), np.empty((COUNT, MOMENTS, 6))
-    kernel.face_moves(acceleration, velocity, draught, np.cos(yaw), np.sin(yaw), moves)
-    for row in range(COUNT):
-        back, air = Rotation.from_euler("z", -yaw[row]), velocity[row] - np.append(draught[row], 0.0)
-        np.testing.assert_allclose(moves[row, :, :3], back.apply(acceleration[row]), atol=1e-12)
-        np.testing.assert_allclose(moves[row, :, 3:], back.apply(air), atol=1e-12)
 
 
 def test_objects_leave_with_the_turn_and_the_speed_of_their_swing(rng):
@@ -92,12 +81,12 @@ def test_objects_leave_with_the_turn_and_the_speed_of_their_swing(rng):
     rest = Rotation.from_euler("z", yaw[:, None])
     state, none = np.zeros((COUNT, STATE)), np.zeros(COUNT)
     state[:, 3:7], state[:, 10:] = quaternions(turns, COUNT), rate
-    centre, velocity, attitude = np.empty((COUNT, 3)), before.copy(), np.empty((COUNT, 4))
-    parting = Parting(centre, velocity, attitude, rate, none, none > 0.0)
-    kernel.part_objects(state, arm, quaternions(rest, COUNT), np.cos(yaw), np.sin(yaw), parting)
-    np.testing.assert_allclose(centre, (rest * turns).apply(arm), atol=1e-12)
-    np.testing.assert_allclose(velocity, before + (rest * turns).apply(np.cross(rate, arm)), atol=1e-12)
-    parted = Rotation.from_quat(attitude, scalar_first=True)
+    hanging = Parting(arm, before, quaternions(rest, COUNT), np.zeros_like(rate), none, none > 0.0)
+    parting = kernel.part_objects(state, arm, hanging, np.cos(yaw), np.sin(yaw), none > 0.0)
+    np.testing.assert_array_equal(parting.rate, rate)
+    np.testing.assert_allclose(parting.centre, (rest * turns).apply(arm), atol=1e-12)
+    np.testing.assert_allclose(parting.velocity, before + (rest * turns).apply(np.cross(rate, arm)), atol=1e-12)
+    parted = Rotation.from_quat(parting.attitude, scalar_first=True)
     np.testing.assert_allclose((parted.inv() * rest * turns).magnitude(), 0.0, atol=1e-7)
 
 
@@ -107,9 +96,8 @@ def test_objects_that_touch_the_belt_or_their_cups_are_those_of_the_formula(obje
     steps, floor = rng.integers(1, MOMENTS * STRIDE, COUNT), -0.9
     hand = rng.uniform(-0.82, -0.5, (COUNT, MOMENTS * STRIDE, 3))
     arm, middle = rng.normal(0.0, 0.01, (COUNT, 3)) - [0.0, 0.0, 0.03], rng.normal(0.0, 0.003, COUNT)
-    touched = np.empty(COUNT, dtype=bool)
     swing = Swing(attitudes, hand, steps, STRIDE)
-    kernel.find_solid(Bodies.of(objects), arm, middle, swing, LIP, floor, touched)
+    touched = kernel.find_solid(Bodies.of(objects), arm, middle, swing, LIP, floor)
     moments = np.minimum(np.arange(MOMENTS) * STRIDE, steps[:, None])
     tip = np.take_along_axis(hand[..., 2], moments, axis=1)
     below = ((arm + np.stack([0 * middle, 0 * middle, middle], axis=1))[:, None] * up).sum(axis=-1)
