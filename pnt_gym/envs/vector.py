@@ -68,19 +68,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         max_episode_steps: int | None = None,
         disable_env_checker: bool | None = None,
     ) -> None:
-        # The autoreset mode, if that and other settings are among those that there are.
-        offered: list[str] = type(self).metadata["render_modes"]
-        if render_mode is not None and render_mode not in offered:
-            further = "; a single environment may have further ones"
-            raise ConfigError(unknown_name("render_mode", render_mode, [*offered, None], further))
-        if autoreset_mode not in [*AutoresetMode, *(mode.value for mode in AutoresetMode)]:
-            raise ConfigError(unknown_name("autoreset_mode", autoreset_mode, [mode.value for mode in AutoresetMode]))
-        if disable_env_checker is not None and disable_env_checker is not True:
-            said = one_sentence(repr(disable_env_checker), 80)
-            raise ConfigError(
-                f"disable_env_checker is {said}; it must be True or None, as vector environments have no checker"
-            )
-        self._autoreset = AutoresetMode(autoreset_mode)
+        self._autoreset = self._checked(render_mode, autoreset_mode, disable_env_checker)
         self._limit = _steps_of(max_episode_steps)
         vars(self)["metadata"] = {**self.metadata, "autoreset_mode": self._autoreset}
         self._picture = Picture.of(width, height, camera)
@@ -119,17 +107,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """
         if self.closed:
             raise OrderError("the environment is closed; make another one")
-        request = request_of(options, self.core, "reset_mask")
-        # Which cells to restart: all, unless the options choose.
-        given: Any = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
-        try:
-            mask: NDArray[Any] = np.asarray(given)
-        except ValueError:  # rows of different lengths
-            mask = np.zeros(0)
-        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
-            said = one_sentence(repr(given), 80)
-            raise ConfigError(f"reset_mask is {said}; it must be a boolean array of shape ({self.num_envs},)")
-        seeds = self._seeds(seed)
+        request, mask, seeds = request_of(options, self.core, "reset_mask"), self._mask(options), self._seeds(seed)
         if self._failed and not mask.all():
             raise OrderError("the last step failed; reset all cells, without a reset_mask")
         rows = np.flatnonzero(mask)
@@ -159,24 +137,11 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
                 last step failed.
             PhysicsError: the engine warned, or stopped a simulation; all cells need a reset.
         """
-        # Make sure that every cell can step, or is reset in this step.
-        if self.closed or not self._begun:
-            state = "is closed; make another one" if self.closed else "was not reset; call reset before step"
-            raise OrderError(f"the environment {state}")
-        if self._failed:
-            raise OrderError("the last step failed; reset all cells before the next step")
-        if self._autoreset is AutoresetMode.DISABLED and self._over.any():
-            cells = ", ".join(map(str, np.flatnonzero(self._over)))
-            raise OrderError(f"the episodes of cells {cells} are over; reset them with the option 'reset_mask'")
+        self._check_order()
         waiting, same = self._over, self._autoreset is AutoresetMode.SAME_STEP
         with self._note_failure():
             result = self._throw(actions, waiting)
-        # Episodes that terminate and that are truncated, after a step of the cells that have thrown (N,) each.
-        thrown = ~waiting
-        self._steps += thrown
-        none = np.zeros(self.num_envs, dtype=np.bool_)
-        cut = none if self._limit is None else thrown & (self._steps >= self._limit)
-        terminated, truncated = (result.ended, cut) if self.core.terminates else (none, result.ended | cut)
+        terminated, truncated = self._ends(result.ended, ~waiting)
         over = terminated | truncated
         renewed = over if same else waiting
         info = masked(result.info, ~renewed, result.partial, every=same)
@@ -197,6 +162,36 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
     def close_extras(self, **kwargs: Any) -> None:
         """Free the renderer."""
         self._close_view()
+
+    def _checked(self, render_mode: Any, autoreset_mode: Any, disable_env_checker: Any) -> AutoresetMode:
+        """The autoreset mode, if that and other settings are among those that there are.
+
+        Raises:
+            ConfigError: one is not.
+        """
+        offered: list[str] = type(self).metadata["render_modes"]
+        if render_mode is not None and render_mode not in offered:
+            further = "; a single environment may have further ones"
+            raise ConfigError(unknown_name("render_mode", render_mode, [*offered, None], further))
+        if autoreset_mode not in [*AutoresetMode, *(mode.value for mode in AutoresetMode)]:
+            raise ConfigError(unknown_name("autoreset_mode", autoreset_mode, [mode.value for mode in AutoresetMode]))
+        if disable_env_checker is not None and disable_env_checker is not True:
+            said = one_sentence(repr(disable_env_checker), 80)
+            raise ConfigError(
+                f"disable_env_checker is {said}; it must be True or None, as vector environments have no checker"
+            )
+        return AutoresetMode(autoreset_mode)
+
+    def _check_order(self) -> None:
+        """Make sure that every cell can step, or is reset in this step."""
+        if self.closed or not self._begun:
+            state = "is closed; make another one" if self.closed else "was not reset; call reset before step"
+            raise OrderError(f"the environment {state}")
+        if self._failed:
+            raise OrderError("the last step failed; reset all cells before the next step")
+        if self._autoreset is AutoresetMode.DISABLED and self._over.any():
+            cells = ", ".join(map(str, np.flatnonzero(self._over)))
+            raise OrderError(f"the episodes of cells {cells} are over; reset them with the option 'reset_mask'")
 
     @contextmanager
     def _note_failure(self) -> Generator[None]:
@@ -227,6 +222,13 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             result.partial,
         )
 
+    def _ends(self, ended: Bools, thrown: Bools) -> tuple[Bools, Bools]:
+        """Episodes that terminate and that are truncated, after a step of the cells that have thrown (N,) each."""
+        self._steps += thrown
+        none = np.zeros(self.num_envs, dtype=np.bool_)
+        cut = none if self._limit is None else thrown & (self._steps >= self._limit)
+        return (ended, cut) if self.core.terminates else (none, ended | cut)
+
     def _renew(self, over: Bools, info: dict[str, Any]) -> Observation:
         """Begin anew in some cells; what is seen of all."""
         rows = np.flatnonzero(over)
@@ -234,6 +236,18 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self._steps[rows] = 0
         info |= masked(self.core.kinds(), np.ones(self.num_envs, dtype=np.bool_))
         return self.core.observe()
+
+    def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
+        """Which cells to restart: all, unless the options choose."""
+        given: Any = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
+        try:
+            mask: NDArray[Any] = np.asarray(given)
+        except ValueError:  # rows of different lengths
+            mask = np.zeros(0)
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
+            said = one_sentence(repr(given), 80)
+            raise ConfigError(f"reset_mask is {said}; it must be a boolean array of shape ({self.num_envs},)")
+        return mask
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         """The seed of every cell, None where it keeps its generator."""

@@ -76,7 +76,7 @@ class Robot(Section):
         build = PROTOTYPE_BUILD.with_scale(self.scale, servo)
         claws = replace(build.claws, **_check_values("claws", self.claws, _field_names(Claws)))
         masses = _check_values("masses", self.masses, _MASSES)
-        return Dimensions.of(lengths), replace(build, **masses, claws=claws)
+        return Dimensions.from_mapping(lengths), replace(build, **masses, claws=claws)
 
 
 def _field_names(part: type[MotorServo] | type[Claws]) -> tuple[str, ...]:

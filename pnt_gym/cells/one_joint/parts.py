@@ -211,6 +211,13 @@ def _box(u: tuple[float, float], v: tuple[float, float]) -> tuple[float, float, 
     return (u[0] + u[1]) / 2, (v[0] + v[1]) / 2, (u[1] - u[0]) / 2, (v[1] - v[0]) / 2, 0.0
 
 
+def _nose(v: float) -> tuple[float, float, float, float, float]:
+    """Tip of the stem: a square on its corner, whose upper half rises above the end of the stem at v."""
+    # The square's diagonal is the stem's width, so that its lower half is hidden in the stem.
+    half = STEM / np.sqrt(8.0)
+    return 0.0, v, float(half), float(half), np.pi / 4
+
+
 def _block() -> Part:
     h, d = WIDTH / 2, 0.015
     return Part(name="block", outline=((-h, -d), (h, -d), (h, d), (-h, d)), boxes=(_box((-h, h), (-d, d)),))
@@ -221,14 +228,7 @@ def _tee() -> Part:
     h, s, shoulder = WIDTH / 2, STEM / 2, BAR + STEM_LENGTH - STEM / 2
     right: Sequence[tuple[float, float]] = ((h, 0.0), (h, BAR), (s, BAR), (s, shoulder))
     left = tuple((-u, v) for u, v in reversed(right))
-    # Tip of the stem: a square on its corner, whose upper half rises above the end of the stem at v.
-    # The square's diagonal is the stem's width, so that its lower half is hidden in the stem.
-    half = STEM / np.sqrt(8.0)
-    boxes = (
-        _box((-h, h), (0.0, BAR)),
-        _box((-s, s), (BAR, shoulder)),
-        (0.0, shoulder, float(half), float(half), np.pi / 4),
-    )
+    boxes = (_box((-h, h), (0.0, BAR)), _box((-s, s), (BAR, shoulder)), _nose(shoulder))
     outline, boxes = centre_part((*right, (0.0, BAR + STEM_LENGTH), *left), boxes)
     return Part(name="tee", outline=outline, boxes=boxes, rgba=(0.90, 0.55, 0.25, 1.0))
 

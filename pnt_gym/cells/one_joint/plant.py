@@ -19,7 +19,7 @@ from pnt_gym.cells.base.plant import TOUCH_DISTANCE, Plant, roll_out, step_count
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.flight import Flight
-from pnt_gym.cells.one_joint.measure import MIN_CONTACT_FLIGHT, MIN_FRAMES
+from pnt_gym.cells.one_joint.measure import least_flight
 from pnt_gym.cells.one_joint.parts import Part
 from pnt_gym.cells.one_joint.scene import TORQUE, Scene, build_scene, contact_columns
 from pnt_gym.cells.one_joint.tasks import job_of
@@ -59,25 +59,62 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         release = motion.duration + delay
         clock = Clock.releasing_at(release, step)
         settle = SETTLE if self.scene.pallets else 0.0
-        # However short a planned flight is, its camera needs some frames.
-        in_contact = self.config.release == "contact"
-        least = MIN_CONTACT_FLIGHT if in_contact else MIN_FRAMES / self.config.camera.rate
-        flight_limit = np.maximum(LATEST_FLIGHT * flight_time, least)
+        flight_limit = np.maximum(LATEST_FLIGHT * flight_time, least_flight(self.config))
         end = release + flight_limit + MARGIN + settle
         steps = step_counts(end - clock.start, step)
         self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, load.radius + hidden.radius, context.lying)
         control = self._controls(motion, load, clock, part, int(steps.max()))
         if (row := self.record_row) is not None:
-            angle, speed, reach, time = plans.u[row]
-            angle = angle + np.arcsin(self.scene.parts[int(part[row])].half_height / reach)
-            start = reach * np.array([np.cos(angle), 0.0, np.sin(angle)])
-            velocity = speed * reach * np.array([-np.sin(angle), 0.0, np.cos(angle)])
-            target, body = (
-                np.array([context.goal[row][0], 0.0, context.goal[row][1]]),
-                int(self.scene.bodies[part[row]]),
-            )
-            self.record_throw(body, control[row, : steps[row]], (start, velocity, time), target)
+            self._keep(control[row, : steps[row]], plans.u[row], int(part[row]), context.goal[row])
         record = roll_out(self.batch, control, steps, ("qpos", "qvel", "sensordata"))
+        return self._flight(record, clock, steps, part)
+
+    def write(self, angle: Floats, part: Ints, radius: Floats, lying: Floats) -> None:
+        """Set up the simulations: arm at rest at `angle` (N,), part at `radius` (N,), other parts at `lying`."""
+        scene, batch, rows = self.scene, self.batch, np.arange(len(part))
+        height = self._loads.height[part]
+        weight = ~np.isnan(lying[..., 0])
+        poses = np.where(weight[..., None], lying, 0.0)
+        poses[..., 0] += np.where(weight, 0.0, PARKING_DISTANCE + np.arange(len(scene.parts)))
+        cos, sin = np.cos(angle), np.sin(angle)
+        poses[rows, part] = np.stack([radius * cos - height * sin, radius * sin + height * cos, angle], axis=-1)
+        weight[rows, part] = True
+        batch.state[:] = 0.0
+        qpos = batch.bind("qpos")
+        qpos[:, 0] = angle
+        qpos[:, scene.first_qpos[:, None] + np.arange(3)] = poses
+        batch.expand("body_gravcomp")[:, scene.bodies] = np.where(weight, 0.0, 1.0)
+        batch.expand("site_pos")[rows, scene.seats[part]] = np.stack([radius, np.zeros_like(radius), height], axis=-1)
+        self._place_stoppers(part, radius)
+        batch.set_const()
+
+    def _load(self, part: Ints, reach: Floats) -> Load:
+        """Load on each arm, with the part's centre of mass at a distance l_t (N,) from the pivot."""
+        height = self._loads.height[part]
+        radius = np.sqrt(reach**2 - height**2)
+        return Load(self._loads.mass[part], self._loads.inertia[part], radius, height)
+
+    def _place_stoppers(self, part: Ints, radius: Floats) -> None:
+        if self.scene.stoppers is None:
+            return
+        distance = np.array([p.support for p in self.scene.parts])[part] + STOPPER_GAP + STOPPER_WIDTH / 2
+        place = self.batch.expand("body_pos")
+        inner, outer = self.scene.stoppers
+        place[:, inner, 0] = radius - distance[:, 1]
+        place[:, outer, 0] = radius + distance[:, 0]
+
+    def _controls(self, motion: ArmMotion, load: Load, clock: Clock, part: Ints, steps: int) -> Floats:
+        """References of the motor and activations of the grips (N, steps, nu + neq)."""
+        model, count = self.scene.model, len(part)
+        control = np.zeros((count, steps, int(model.nu) + int(model.neq)))
+        control[..., :3] = motor_references(motion, load, clock, self.arm, self.config.timestep, steps)
+        if self.scene.stoppers is None:
+            is_held = np.arange(steps) <= clock.release_step[:, None]
+            for column in np.moveaxis(int(model.nu) + self.scene.grips[part], -1, 0):
+                control[np.arange(count), :, column] = is_held
+        return control
+
+    def _flight(self, record: dict[str, Floats], clock: Clock, steps: Ints, part: Ints) -> Flight:
         scene, rows = self.scene, np.arange(len(part))
         first = scene.first_qpos[part][:, None] + np.arange(3)
         last = steps - 1
@@ -98,45 +135,6 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
             final_velocity=record["qvel"][rows, last][:, columns],
         )
 
-    def write(self, angle: Floats, part: Ints, radius: Floats, lying: Floats) -> None:
-        """Set up the simulations: arm at rest at `angle` (N,), part at `radius` (N,), other parts at `lying`."""
-        scene, batch, rows = self.scene, self.batch, np.arange(len(part))
-        height = self._loads.height[part]
-        weight = ~np.isnan(lying[..., 0])
-        poses = np.where(weight[..., None], lying, 0.0)
-        poses[..., 0] += np.where(weight, 0.0, PARKING_DISTANCE + np.arange(len(scene.parts)))
-        cos, sin = np.cos(angle), np.sin(angle)
-        poses[rows, part] = np.stack([radius * cos - height * sin, radius * sin + height * cos, angle], axis=-1)
-        weight[rows, part] = True
-        batch.state[:] = 0.0
-        qpos = batch.bind("qpos")
-        qpos[:, 0] = angle
-        qpos[:, scene.first_qpos[:, None] + np.arange(3)] = poses
-        batch.expand("body_gravcomp")[:, scene.bodies] = np.where(weight, 0.0, 1.0)
-        batch.expand("site_pos")[rows, scene.seats[part]] = np.stack([radius, np.zeros_like(radius), height], axis=-1)
-        if scene.stoppers is not None:
-            distance = np.array([p.support for p in scene.parts])[part] + STOPPER_GAP + STOPPER_WIDTH / 2
-            for stopper, place in zip(scene.stoppers, (radius - distance[:, 1], radius + distance[:, 0]), strict=True):
-                batch.expand("body_pos")[:, stopper, 0] = place
-        batch.set_const()
-
-    def _load(self, part: Ints, reach: Floats) -> Load:
-        """Load on each arm, with the part's centre of mass at a distance l_t (N,) from the pivot."""
-        height = self._loads.height[part]
-        radius = np.sqrt(reach**2 - height**2)
-        return Load(self._loads.mass[part], self._loads.inertia[part], radius, height)
-
-    def _controls(self, motion: ArmMotion, load: Load, clock: Clock, part: Ints, steps: int) -> Floats:
-        """References of the motor and activations of the grips (N, steps, nu + neq)."""
-        model, count = self.scene.model, len(part)
-        control = np.zeros((count, steps, int(model.nu) + int(model.neq)))
-        control[..., :3] = motor_references(motion, load, clock, self.arm, self.config.timestep, steps)
-        if self.scene.stoppers is None:
-            is_held = np.arange(steps) <= clock.release_step[:, None]
-            for column in np.moveaxis(int(model.nu) + self.scene.grips[part], -1, 0):
-                control[np.arange(count), :, column] = is_held
-        return control
-
     def _touches(self, sensordata: Floats, part: Ints) -> tuple[Bools, Bools]:
         """Contacts of the thrown part: with each pallet and other part after each step, and any during it.
 
@@ -150,6 +148,14 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         # A sensor measures at the beginning of its step, the recorded pose is from the end.
         touch[:, :-1] = in_contact[:, 1:] & (distance[:, 1:] < TOUCH_DISTANCE)
         return touch, np.asarray(in_contact.any(axis=2))
+
+    def _keep(self, control: Floats, u: Floats, part: int, goal: Floats) -> None:
+        angle, speed, reach, time = u
+        angle = angle + np.arcsin(self.scene.parts[part].half_height / reach)
+        start = reach * np.array([np.cos(angle), 0.0, np.sin(angle)])
+        velocity = speed * reach * np.array([-np.sin(angle), 0.0, np.cos(angle)])
+        target = np.array([goal[0], 0.0, goal[1]])
+        self.record_throw(int(self.scene.bodies[part]), control, (start, velocity, time), target)
 
 
 def _loads(parts: tuple[Part, ...]) -> Load:

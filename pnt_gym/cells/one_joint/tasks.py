@@ -93,11 +93,16 @@ def job_of(config: OneJointConfig) -> Job:
         parts = tuple(part for part, _ in ASSEMBLY)
         targets = tuple(Target(part.name, np.array(goal), k) for k, (part, goal) in enumerate(ASSEMBLY))
         return Job(parts, (STAND,), targets, in_order=True)
-    thrown, fixed = block_part(config.block), config.goals.fixed
+    return _throw_job(config)
+
+
+def _throw_job(config: OneJointConfig) -> Job:
+    part = block_part(config.block)
+    fixed = config.goals.fixed
     if config.release == "contact" and config.goals == Goals():
         fixed = PUSHED
     if fixed:
-        return Job((thrown,), (), tuple(Target(g.name, g.state(), 0) for g in fixed))
+        return Job((part,), (), tuple(Target(g.name, g.state(), 0) for g in fixed))
     region = config.goals.region or GoalRegion()
     low, high = region.bounds()
-    return Job((thrown,), (), (Target("goal", 0.5 * (low + high), 0),), region)
+    return Job((part,), (), (Target("goal", 0.5 * (low + high), 0),), region)

@@ -80,10 +80,7 @@ def return_leg(
     """
     count, (start, velocity) = len(next_picks), departure
     valid: Bools = np.asarray(np.isfinite(start).all(axis=1))
-    entry = approach_entry(limits, count, rules.approach)
-    if hover:
-        still = np.zeros((count, 3))
-        entry = Entry(still, still, rest_to_rest(np.tile([0.0, 0.0, -rules.approach], (count, 1)), limits))
+    entry = stop_above(limits, count, rules.approach) if hover else approach_entry(limits, count, rules.approach)
     down = entry.down
     way = next_picks + np.array([0.0, 0.0, rules.approach]) - start
     if drift is not None:
@@ -100,7 +97,7 @@ def return_leg(
         by=SLOWER * clearing_time(limits, count, rules.clear_distance),
     )
     before = np.where(valid[:, None], velocity, 0.0)
-    turn = _Rotation.of(before)
+    turn = _Rotation.from_velocity(before)
     moves = fast_transfer(
         turn.rotate(way),
         turn.rotate(before),
@@ -122,7 +119,7 @@ class _Rotation(NamedTuple):
     sine: Floats
 
     @classmethod
-    def of(cls, velocity: Floats) -> _Rotation:
+    def from_velocity(cls, velocity: Floats) -> _Rotation:
         speed = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
         moving = speed > 0.0
         divisor = np.where(moving, speed, 1.0)
@@ -138,6 +135,12 @@ class _Rotation(NamedTuple):
         x, y = vectors[..., 0], vectors[..., 1]
         cosine, sine = self.cosine[:, None], self.sine[:, None]
         return np.stack([cosine * x - sine * y, sine * x + cosine * y, vectors[..., 2]], axis=-1)
+
+
+def stop_above(limits: Limits, count: int, height: float) -> Entry:
+    """Return approaches over `height` [m] that begin at rest."""
+    still = np.zeros((count, 3))
+    return Entry(still, still, rest_to_rest(np.tile([0.0, 0.0, -height], (count, 1)), limits))
 
 
 def _select_rows(moves: Transfers, rows: Bools) -> Transfers:

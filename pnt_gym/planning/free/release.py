@@ -93,19 +93,22 @@ def free_releases(
     chosen, cost = np.zeros((3, count)), np.full(count, np.inf)
     for begin in range(0, count, CHUNK):
         part = np.arange(begin, min(begin + CHUNK, count))
-        given = take(frame, part), take(rows, part), roof[part], rules
-        # The best of coarse choices each, and then of finer ones around these.
-        around: list[Floats] = []
-        for coarse in COARSE:
-            first, _ = _best_choice(*given, np.repeat(coarse[:, None], len(part), axis=1))
-            around.append(first[:, :, None] + FINE[:, None])
-        fine = np.concatenate(around, axis=2)
-        fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])
-        chosen[:, part], cost[part] = _best_choice(*given, fine)
+        chosen[:, part], cost[part] = _refine(take(frame, part), take(rows, part), roof[part], rules)
     position, velocity, flight = _release(frame, rows.velocity, chosen, roof)
     feasible = np.isfinite(cost) & (frame.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
     gap = np.where(feasible, 0.0, np.nan)
     return FreeReleases(position + gap[:, None], velocity + gap[:, None], flight + gap, feasible)
+
+
+def _refine(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules) -> tuple[Floats, Floats]:
+    """Quickest choice of each row (3, N) and its estimated time (N,) [s]."""
+    around: list[Floats] = []
+    for coarse in COARSE:
+        first, _ = _best_choice(frame, limits, roof, rules, np.repeat(coarse[:, None], len(frame.picks), axis=1))
+        around.append(first[:, :, None] + FINE[:, None])
+    fine = np.concatenate(around, axis=2)
+    fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])
+    return _best_choice(frame, limits, roof, rules, fine)
 
 
 def _best_choice(
@@ -119,31 +122,9 @@ def _best_choice(
     row_limits = take(limits, rows)
     releases = _release(take(frame, rows), row_limits.velocity, choices.reshape(3, -1), roof[rows])
     room = greatest_height(roof, rules)[rows] - releases[0][:, 2]
-    # Estimated rise (N,) [m] of the hand after the release.
-    position, velocity, flight = releases
-    _, acceleration, jerk = row_limits
-    clear = clearing_time(row_limits, len(velocity), rules.clear_distance)
-    fall = (1.0 - rules.margin) * GRAVITY
-    up = np.maximum(velocity[:, 2], 0.0)
-    rise_time = np.minimum(clear, up / fall)
-    speed = up - fall * rise_time
-    braking_rise = speed * (0.5 * speed / acceleration + 0.25 * acceleration / jerk)
-    rise_after = rules.window * up + rise_time * (up - 0.5 * fall * rise_time) + braking_rise
-    good = (flight > 0.0) & (CAUTION * rise_after <= room)
+    good = (releases[2] > 0.0) & (CAUTION * _rise(releases[1], row_limits, rules) <= room)
     falling = approach_entry(limits, count, rules.approach).velocity
-    # Estimated time (N,) of throw and return [s]; infinite where object or hand cannot follow the choice.
-    picks = frame.picks[rows]
-    above = picks + np.array([0.0, 0.0, rules.approach])
-    start = position + rules.window * velocity
-    cost = estimate(position - picks, np.zeros_like(picks), velocity, row_limits)
-    cost = cost + estimate(above - start, velocity, falling[rows], row_limits)
-    # Height that the hand needs to gain its upward speed without going below the pick.
-    run_up = RUN_UP * brake_distance(np.maximum(velocity[:, 2], 0.0), row_limits)
-    good = good & (position[:, 2] - picks[:, 2] >= run_up)
-    if rules.workspace is not None:
-        turn = turning_point(start, velocity, row_limits)
-        good &= rules.workspace.contains(position) & rules.workspace.contains(turn)
-    cost = np.where(good, cost, np.inf).reshape(count, choice_count)
+    cost = _cost(frame.picks[rows], releases, falling[rows], row_limits, rules, good).reshape(count, choice_count)
     best = cost.argmin(axis=1)
     return choices[:, index, best], cost[index, best]
 
@@ -178,6 +159,29 @@ def _release(frame: Frame, fastest: Floats, choice: Floats, roof: Floats) -> tup
     return position, np.stack([level * frame.cosine, level * frame.sine, rise], axis=1), flight
 
 
+def _cost(
+    picks: Floats,
+    release: tuple[Floats, Floats, Floats],
+    falling: Floats,
+    limits: LimitRows,
+    rules: HandRules,
+    good: Bools,
+) -> Floats:
+    """Estimated time (N,) of throw and return [s]; infinite where object or hand cannot follow the choice."""
+    position, velocity, _ = release
+    above = picks + np.array([0.0, 0.0, rules.approach])
+    start = position + rules.window * velocity
+    cost = estimate(position - picks, np.zeros_like(picks), velocity, limits)
+    cost = cost + estimate(above - start, velocity, falling, limits)
+    # Height that the hand needs to gain its upward speed without going below the pick.
+    run_up = RUN_UP * brake_distance(np.maximum(velocity[:, 2], 0.0), limits)
+    good = good & (position[:, 2] - picks[:, 2] >= run_up)
+    if rules.workspace is not None:
+        turn = turning_point(start, velocity, limits)
+        good &= rules.workspace.contains(position) & rules.workspace.contains(turn)
+    return np.where(good, cost, np.inf)
+
+
 def greatest_height(ceiling: Floats, rules: HandRules) -> Floats:
     """Return the greatest height of the hand (N,) [m], the lower of cap and workspace."""
     workspace_top = np.inf if rules.workspace is None else rules.workspace.z_max
@@ -192,3 +196,18 @@ def clearing_time(limits: Limits, count: int, distance: float) -> Floats:
     growing = np.minimum(np.sqrt(2.0 * distance / acceleration), separation_speed / acceleration)
     remaining_distance = distance - 0.5 * acceleration * growing**2
     return growing + np.maximum(remaining_distance, 0.0) / separation_speed + 0.5 * acceleration / jerk
+
+
+def _rise(velocity: Floats, limits: LimitRows, rules: HandRules) -> Floats:
+    """Estimated rise (N,) [m] of the hand after the release.
+
+    Until the hand is clear sideways it must not fall faster than the margin allows; then the hand brakes.
+    """
+    _, acceleration, jerk = limits
+    clear = clearing_time(limits, len(velocity), rules.clear_distance)
+    fall = (1.0 - rules.margin) * GRAVITY
+    up = np.maximum(velocity[:, 2], 0.0)
+    rise_time = np.minimum(clear, up / fall)
+    speed = up - fall * rise_time
+    braking_rise = speed * (0.5 * speed / acceleration + 0.25 * acceleration / jerk)
+    return rules.window * up + rise_time * (up - 0.5 * fall * rise_time) + braking_rise

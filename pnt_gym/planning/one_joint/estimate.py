@@ -99,31 +99,13 @@ def arrival(
     Raises:
         ValueError: a scale is negative or not finite, the scale of y is 0, or the goals have the wrong shape.
     """
-    values = numbers(scales, "scales")
-    if values.shape != (4,) or not np.isfinite(values).all() or (values < 0.0).any():
-        raise PlanningError(f"scales must be four finite numbers of at least 0, got {scales!r}")
-    if values[1] == 0.0:
-        raise PlanningError("the scale of y is 0; it must be positive, or no point of the flight is nearest")
-    weights, target = values * values, numbers(goal, "goal")
+    weights, target = _square_scales(scales), numbers(goal, "goal")
     if target.shape != (flight.x.size, 4):
         raise PlanningError(f"goal must have shape ({flight.x.size}, 4), got {target.shape}")
-    # Candidate times (3, N): real roots of s^3 + p s + q = 0, s counted from the apex; a single root is repeated.
-    apex = flight.vy / GRAVITY
-    top = flight.state(apex)
-    wx, wy, wp, wd = weights
-    # The weighted squared distance to the goal is a quartic of s; its derivative is the cubic. The height alone is
-    # quadratic in s, so the height alone gives s^3.
-    unit = wy * 0.5 * GRAVITY * GRAVITY
-    drop = target[:, 1] - top[:, 1]
-    linear = (wx * flight.vx**2 + wp * flight.spin**2 + wd * GRAVITY**2 + wy * GRAVITY * drop) / unit
-    constant = wx * flight.vx * (top[:, 0] - target[:, 0]) + wp * flight.spin * (top[:, 2] - target[:, 2])
-    constant = (constant + wd * GRAVITY * target[:, 3]) / unit
-    candidates = apex + _cubic_roots(linear, constant)
+    candidates = _nearest_times(flight, target, weights)
     if earliest is not None:
         candidates = np.maximum(candidates, np.broadcast_to(numbers(earliest, "earliest"), flight.x.shape))
-    away = np.stack([flight.state(time) for time in candidates]) - target
-    squares = weights * away * away
-    distance = squares[..., 0] + squares[..., 1] + squares[..., 2] + squares[..., 3]
+    distance = np.stack([_distance(flight, time, target, weights) for time in candidates])
     time = candidates[distance.argmin(axis=0), np.arange(flight.x.size)]
     return Arrival(flight.state(time), time)
 
@@ -145,6 +127,36 @@ def _line_fits(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple
         slope = (away * (value - mean[:, None])).sum(axis=1) / spread
         fits.append((mean - slope * middle, slope))
     return fits
+
+
+def _square_scales(scales: ArrayLike) -> Floats:
+    values = numbers(scales, "scales")
+    if values.shape != (4,) or not np.isfinite(values).all() or (values < 0.0).any():
+        raise PlanningError(f"scales must be four finite numbers of at least 0, got {scales!r}")
+    if values[1] == 0.0:
+        raise PlanningError("the scale of y is 0; it must be positive, or no point of the flight is nearest")
+    return values * values
+
+
+def _distance(flight: FittedFlight, time: Floats, goal: Floats, weights: Floats) -> Floats:
+    away = flight.state(time) - goal
+    square = weights * away * away
+    return square[:, 0] + square[:, 1] + square[:, 2] + square[:, 3]
+
+
+def _nearest_times(flight: FittedFlight, goal: Floats, weights: Floats) -> Floats:
+    """Candidate times (3, N): real roots of s^3 + p s + q = 0, s counted from the apex; a single root is repeated."""
+    apex = flight.vy / GRAVITY
+    top = flight.state(apex)
+    wx, wy, wp, wd = weights
+    # The weighted squared distance to the goal is a quartic of s; its derivative is the cubic. The height alone is
+    # quadratic in s, so the height alone gives s^3.
+    unit = wy * 0.5 * GRAVITY * GRAVITY
+    drop = goal[:, 1] - top[:, 1]
+    linear = (wx * flight.vx**2 + wp * flight.spin**2 + wd * GRAVITY**2 + wy * GRAVITY * drop) / unit
+    constant = wx * flight.vx * (top[:, 0] - goal[:, 0]) + wp * flight.spin * (top[:, 2] - goal[:, 2])
+    constant = (constant + wd * GRAVITY * goal[:, 3]) / unit
+    return apex + _cubic_roots(linear, constant)
 
 
 def _cubic_roots(p: Floats, q: Floats) -> Floats:

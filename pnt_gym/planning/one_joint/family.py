@@ -92,21 +92,7 @@ def _best(task: Task, family: Family) -> tuple[ArmMotion, Floats]:
 
 
 def _choose(task: Task, family: Family) -> _Choice:
-    # Shortest and longest durations (N, K) worth trying.
-    longest = task.arm.time_step * INTERVALS
-    if family.base is not None:
-        high = np.full((task.radius.size, family.size), longest)
-        low = QUICKEST_SWING * high
-    else:
-        angle, speed = task.u[:, 0, None], task.u[:, 1, None]
-        window = acceleration_window(task.u[:, 0], task.u[:, 1], task.radius, task.arm, task.block)
-        # At the release the acceleration is speed * last / (gain * duration).
-        rate = speed * family.lift.last / family.lift.gain
-        high = np.minimum(rate / np.maximum(window.low, 1e-3)[:, None], longest)
-        turn = speed * family.lift.way / family.lift.gain
-        room = np.maximum(angle - _start_range(task)[0], 0.0)
-        high = np.maximum(np.minimum(high, room / turn), 1e-3)
-        low = np.minimum(rate / np.maximum(window.high, 1e-3)[:, None], high)
+    low, high = _duration_range(task, family)
     share = (np.arange(DURATIONS) + 0.5) / DURATIONS
     duration = low[..., None] * (high / low)[..., None] ** share
     shapes = np.broadcast_to(np.arange(family.size, dtype=np.int64)[:, None], duration.shape)
@@ -120,6 +106,24 @@ def _choose(task: Task, family: Family) -> _Choice:
     duration = np.clip(duration * (high / low) ** around, low, high)
     score = _score(task, family.with_samples(FINE), np.broadcast_to(shape[:, None], duration.shape), duration)
     return _Choice(shape, duration[rows, score.argmax(axis=1)])
+
+
+def _duration_range(task: Task, family: Family) -> tuple[Floats, Floats]:
+    """Shortest and longest durations (N, K) worth trying."""
+    longest = task.arm.time_step * INTERVALS
+    if family.base is not None:
+        high = np.full((task.radius.size, family.size), longest)
+        return QUICKEST_SWING * high, high
+    angle, speed = task.u[:, 0, None], task.u[:, 1, None]
+    window = acceleration_window(task.u[:, 0], task.u[:, 1], task.radius, task.arm, task.block)
+    # At the release the acceleration is speed * last / (gain * duration).
+    rate = speed * family.lift.last / family.lift.gain
+    low = rate / np.maximum(window.high, 1e-3)[:, None]
+    high = np.minimum(rate / np.maximum(window.low, 1e-3)[:, None], longest)
+    turn = speed * family.lift.way / family.lift.gain
+    room = np.maximum(angle - _start_range(task)[0], 0.0)
+    high = np.maximum(np.minimum(high, room / turn), 1e-3)
+    return np.minimum(low, high), high
 
 
 def _start_range(task: Task) -> tuple[float, float]:

@@ -62,15 +62,7 @@ class ArmMotion:
             accelerations: accelerations at the borders (N, n + 1) [rad/s2].
             braking: acceleration after the release (N,) [rad/s2].
         """
-        # Return control points (N, n + 3) of motions from rest at ``start`` with accelerations linear between borders.
-        bends = accelerations * (time_step * time_step)[:, None]
-        # At rest the first and the third control point are equal, so the angle at the border is middle + bend / 6.
-        middle = start - bends[:, 0] / 6.0
-        slopes = np.cumsum(bends, axis=1) - 0.5 * bends[:, :1]
-        later = middle[:, None] + np.cumsum(slopes, axis=1)
-        return cls(
-            np.concatenate([(middle + 0.5 * bends[:, 0])[:, None], middle[:, None], later], axis=1), time_step, braking
-        )
+        return cls(spline_knots(start, time_step, accelerations), time_step, braking)
 
     @property
     def intervals(self) -> int:
@@ -119,15 +111,7 @@ class ArmMotion:
         Before 0 the arm rests at its first angle; the release itself belongs to the spline.
         """
         time = self._times(times)
-        spline = self._spline(time)
-        # The constant braking from the release on, then rest.
-        braking_time = self._braking_time()[:, None]
-        speed, braking = self.release_speed[:, None], self.braking[:, None]
-        elapsed = np.clip(time - self.duration[:, None], 0.0, braking_time)
-        moving = elapsed < braking_time
-        angle = self.release_angle[:, None] + elapsed * (speed + 0.5 * elapsed * braking)
-        still = 0.0 * braking_time
-        brake = angle, np.where(moving, speed + elapsed * braking, still), np.where(moving, braking, still)
+        spline, brake = self._spline(time), self._brake(time)
         after = time > self.duration[:, None]
         angle, speed, acceleration = (np.where(after, b, s) for b, s in zip(brake, spline, strict=True))
         # Rows without a motion compare as False everywhere and keep their NaN.
@@ -152,11 +136,7 @@ class ArmMotion:
         index = np.minimum(x.astype(np.int64), intervals - 1)
         s = x - index
         rows = index + intervals * np.arange(count, dtype=np.int64)[:, None]
-        # Coefficients (N, n, 4) of each interval's cubic in s from 0 to 1, constant first: the uniform B-spline basis.
-        knots = self.knots
-        a, b, c, d = knots[:, :-3], knots[:, 1:-2], knots[:, 2:-1], knots[:, 3:]
-        basis = (a + 4.0 * b + c) / 6.0, 0.5 * (c - a), 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) / 6.0
-        c = np.take(np.stack(basis, axis=2).reshape(count * intervals, 4), rows, axis=0)
+        c = np.take(_cubics(self.knots).reshape(count * intervals, 4), rows, axis=0)
         c0, c1, c2, c3 = c[..., 0], c[..., 1], c[..., 2], c[..., 3]
         return ArmSample(
             c0 + s * (c1 + s * (c2 + s * c3)),
@@ -164,10 +144,44 @@ class ArmMotion:
             (2.0 * c2 + s * (6.0 * c3)) / (step * step),
         )
 
+    def _brake(self, time: Floats) -> ArmSample:
+        """Samples of the constant braking from the release on, then rest."""
+        braking_time = self._braking_time()[:, None]
+        speed, braking = self.release_speed[:, None], self.braking[:, None]
+        elapsed = np.clip(time - self.duration[:, None], 0.0, braking_time)
+        moving = elapsed < braking_time
+        angle = self.release_angle[:, None] + elapsed * (speed + 0.5 * elapsed * braking)
+        return ArmSample(
+            angle,
+            np.where(moving, speed + elapsed * braking, 0.0 * braking_time),
+            np.where(moving, braking, 0.0 * braking_time),
+        )
+
+
+def spline_knots(start: Floats, time_step: Floats, accelerations: Floats) -> Floats:
+    """Return control points (N, n + 3) of motions from rest at ``start`` with accelerations linear between borders.
+
+    The second differences of the control points are the accelerations at the borders times the squared time step.
+    """
+    bends = accelerations * (time_step * time_step)[:, None]
+    # At rest the first and the third control point are equal, so the angle at the border is middle + bend / 6.
+    middle = start - bends[:, 0] / 6.0
+    slopes = np.cumsum(bends, axis=1) - 0.5 * bends[:, :1]
+    later = middle[:, None] + np.cumsum(slopes, axis=1)
+    return np.concatenate([(middle + 0.5 * bends[:, 0])[:, None], middle[:, None], later], axis=1)
+
 
 def _mean(three: Floats) -> Floats:
     # Uniform cubic B-splines at a border of their intervals: 1/6, 4/6, 1/6.
     return (three[:, 0] + 4.0 * three[:, 1] + three[:, 2]) / 6.0
+
+
+def _cubics(knots: Floats) -> Floats:
+    """Coefficients (N, n, 4) of each interval's cubic in s from 0 to 1, constant first: the uniform B-spline basis."""
+    a, b, c, d = knots[:, :-3], knots[:, 1:-2], knots[:, 2:-1], knots[:, 3:]
+    return np.stack(
+        [(a + 4.0 * b + c) / 6.0, 0.5 * (c - a), 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) / 6.0], axis=2
+    )
 
 
 def _check_shapes(knots: Floats, time_step: Floats, braking: Floats) -> None:

@@ -75,30 +75,11 @@ def find_releases(z: Floats, half_height: float, angles: tuple[float, float], tu
     """Return all releases with t_f > 0 and theta within ``angles`` that reach the landing states ``z`` (N, 4)."""
     x, y, phi, dy = (z[:, k, None, None] for k in range(4))
     goals = _Goals(x, y, phi, dy, half_height)
-    # Angles a (N, 1, 21) where the branches meet or a branch passes through t = 0, and some angles between them.
-    square, lift = goals.dy * goals.dy, 2.0 * GRAVITY * goals.y
-    side = 2.0 * GRAVITY * goals.x
-    # Coefficients of dy^2 (1 + a^2)^2 + 2 g (2 + a^2) a (a y + x), by falling powers of a.
-    falling = np.concatenate([square + lift, side, 2.0 * (square + lift), 2.0 * side, square], axis=2)[:, 0]
-    scale = np.maximum(np.abs(falling).max(axis=1, keepdims=True), SMALL)
-    lead = np.where(np.abs(falling[:, :1]) > SMALL * scale, falling[:, :1], SMALL * scale)
-    companion = np.zeros((falling.shape[0], 4, 4))
-    companion[:, 0] = -falling[:, 1:] / lead
-    companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
-    joints = np.asarray(np.linalg.eigvals(companion).real, dtype=np.float64)[:, None]
-    level = np.where(np.abs(goals.y) > SMALL, goals.y, SMALL)
-    borders = np.sort(np.concatenate([np.zeros_like(goals.x), -goals.x / level, joints], axis=2), axis=2)
-    # Where two borders are close, even samples would miss roots between the borders.
-    gaps = np.diff(borders, axis=2)
-    borders = np.concatenate([borders, *(borders[..., :-1] + share * gaps for share in BETWEEN)], axis=2)
+    borders = _borders(goals)
     cells = [_root_intervals(goals, borders, turn, angles) for turn in turns]
     intervals = concatenate_records(cells)
     goal = take(goals, (intervals.row, 0, 0)).with_turns(intervals.turns)
-    below = _miss(goal, intervals.low, intervals.branch) < 0.0
-    low, high = bisect(
-        lambda a: (_miss(goal, a, intervals.branch) < 0.0) == below, intervals.low, intervals.high, BISECTIONS
-    )
-    u = _release(goal, 0.5 * (low + high), intervals.branch)
+    u = _release(goal, _root(goal, intervals), intervals.branch)
     u = _polish(u, z[intervals.row], intervals.turns, half_height)
     good = u[:, 3] > 0.0
     return ReleaseRows(intervals.row[good], u[good], intervals.turns[good])
@@ -155,6 +136,29 @@ def _grid(goals: _Goals, borders: Floats, angles: tuple[float, float]) -> Floats
     count = max(8, int(np.ceil(CELLS * (angles[1] - angles[0]) / np.pi)))
     even = low + (high - low) * np.linspace(0.0, 1.0, count + 1)
     return np.sort(np.concatenate([even, np.clip(borders, low, high)], axis=2), axis=2)
+
+
+def _borders(goals: _Goals) -> Floats:
+    """Angles a (N, 1, 21) where the branches meet or a branch passes through t = 0, and some angles between them.
+
+    The zeros of the discriminant are the eigenvalues of its companion matrix. A complex zero gives its real part, a
+    superfluous but harmless border.
+    """
+    square, lift = goals.dy * goals.dy, 2.0 * GRAVITY * goals.y
+    side = 2.0 * GRAVITY * goals.x
+    # Coefficients of dy^2 (1 + a^2)^2 + 2 g (2 + a^2) a (a y + x), by falling powers of a.
+    falling = np.concatenate([square + lift, side, 2.0 * (square + lift), 2.0 * side, square], axis=2)[:, 0]
+    scale = np.maximum(np.abs(falling).max(axis=1, keepdims=True), SMALL)
+    lead = np.where(np.abs(falling[:, :1]) > SMALL * scale, falling[:, :1], SMALL * scale)
+    companion = np.zeros((falling.shape[0], 4, 4))
+    companion[:, 0] = -falling[:, 1:] / lead
+    companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
+    joints = np.asarray(np.linalg.eigvals(companion).real, dtype=np.float64)[:, None]
+    level = np.where(np.abs(goals.y) > SMALL, goals.y, SMALL)
+    borders = np.sort(np.concatenate([np.zeros_like(goals.x), -goals.x / level, joints], axis=2), axis=2)
+    # Where two borders are close, even samples would miss roots between the borders.
+    gaps = np.diff(borders, axis=2)
+    return np.concatenate([borders, *(borders[..., :-1] + share * gaps for share in BETWEEN)], axis=2)
 
 
 def _touches(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -> _Intervals:
@@ -215,6 +219,16 @@ def _lowest(measure: Callable[[Floats], Floats], low: Floats, high: Floats) -> F
         left, right = high - ratio * (high - low), low + ratio * (high - low)
         lower = measure(left) < measure(right)
         low, high = np.where(lower, low, left), np.where(lower, right, high)
+    return 0.5 * (low + high)
+
+
+def _root(goal: _Goals, cells: _Intervals) -> Floats:
+    below = _miss(goal, cells.low, cells.branch) < 0.0
+
+    def same_side(a: Floats) -> Bools:
+        return (_miss(goal, a, cells.branch) < 0.0) == below
+
+    low, high = bisect(same_side, cells.low, cells.high, BISECTIONS)
     return 0.5 * (low + high)
 
 

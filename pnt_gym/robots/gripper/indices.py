@@ -122,29 +122,7 @@ def arms_kappa(arms: Arms, dims: Dimensions) -> Floats:
         (closure.c * weight_3, closure.y * weight_3, closure.d * weight_3),
         tuple(part * blend_weight for part in closure.blend()),
     )
-    # Smallest over largest singular value of (3, 3, M) matrices; 0 for a matrix of zeros.
-    matrix = np.array(rows)
-    (p_x, p_y, p_z), (q_x, q_y, q_z), (s_x, s_y, s_z) = p, q, s = matrix
-    normal = _cross(q, s)
-    det = p_x * normal[0] + p_y * normal[1] + p_z * normal[2]
-    # Sum of the squared 2 x 2 minors: sum of the products of two eigenvalues (Cauchy-Binet).
-    minors = _square(normal) + _square(_cross(p, s)) + _square(_cross(p, q))
-    pp, qq, ss = _square(p), _square(q), _square(s)
-    pq, ps, qs = p_x * q_x + p_y * q_y + p_z * q_z, p_x * s_x + p_y * s_y + p_z * s_z, q_x * s_x + q_y * s_y + q_z * s_z
-    mean = (pp + qq + ss) / 3.0
-    # Deviator of the Gram matrix; the largest eigenvalue is mean + 2 deviation cos(angle / 3).
-    pp, qq, ss = pp - mean, qq - mean, ss - mean
-    deviation = np.sqrt((pp * pp + qq * qq + ss * ss + 2.0 * (pq * pq + ps * ps + qs * qs)) / 6.0)
-    skew = pp * (qq * ss - qs * qs) - pq * (pq * ss - qs * ps) + ps * (pq * qs - qq * ps)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        cosine = np.where(deviation > 0.0, skew / (2.0 * deviation * deviation * deviation), 1.0)
-        largest = mean + 2.0 * deviation * np.cos(np.arccos(np.clip(cosine, -1.0, 1.0)) / 3.0)
-        # Product and sum of the two smaller eigenvalues.
-        product = det * det / largest
-        total = (minors - product) / largest
-        middle = 0.5 * (total + np.sqrt(np.maximum(total * total - 4.0 * product, 0.0)))
-        ratio = np.abs(det) / (largest * np.sqrt(middle))
-    return np.where((middle > 0.0) | np.isnan(mean), ratio, 0.0)
+    return _singular_ratio(np.array(rows))
 
 
 def arms_tau(arms: Arms) -> Floats:
@@ -160,6 +138,36 @@ def arms_tau(arms: Arms) -> Floats:
 def _arms_folding(arms: Arms) -> Floats:
     with np.errstate(invalid="ignore", divide="ignore"):
         return 1.0 / np.hypot(arms.closure.fold_2 / arms.drive[1], arms.closure.fold_4 / arms.drive[3])
+
+
+def _singular_ratio(matrix: Floats) -> Floats:
+    """Smallest over largest singular value of (3, 3, M) matrices; 0 for a matrix of zeros.
+
+    The largest eigenvalue of the Gram matrix comes from the trigonometric solution of its characteristic cubic, the two
+    smaller eigenvalues from their sum and product. Sum and product are computed from minors, so that no digits cancel
+    when the matrix is nearly singular.
+    """
+    (p_x, p_y, p_z), (q_x, q_y, q_z), (s_x, s_y, s_z) = p, q, s = matrix
+    normal = _cross(q, s)
+    det = p_x * normal[0] + p_y * normal[1] + p_z * normal[2]
+    # Sum of the squared 2 x 2 minors: sum of the products of two eigenvalues (Cauchy-Binet).
+    minors = _square(normal) + _square(_cross(p, s)) + _square(_cross(p, q))
+    pp, qq, ss = _square(p), _square(q), _square(s)
+    pq, ps, qs = p_x * q_x + p_y * q_y + p_z * q_z, p_x * s_x + p_y * s_y + p_z * s_z, q_x * s_x + q_y * s_y + q_z * s_z
+    mean = (pp + qq + ss) / 3.0
+    # Deviator of the Gram matrix; the largest eigenvalue is mean + 2 spread cos(angle / 3).
+    pp, qq, ss = pp - mean, qq - mean, ss - mean
+    spread = np.sqrt((pp * pp + qq * qq + ss * ss + 2.0 * (pq * pq + ps * ps + qs * qs)) / 6.0)
+    skew = pp * (qq * ss - qs * qs) - pq * (pq * ss - qs * ps) + ps * (pq * qs - qq * ps)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        cosine = np.where(spread > 0.0, skew / (2.0 * spread * spread * spread), 1.0)
+        largest = mean + 2.0 * spread * np.cos(np.arccos(np.clip(cosine, -1.0, 1.0)) / 3.0)
+        # Product and sum of the two smaller eigenvalues.
+        product = det * det / largest
+        total = (minors - product) / largest
+        middle = 0.5 * (total + np.sqrt(np.maximum(total * total - 4.0 * product, 0.0)))
+        ratio = np.abs(det) / (largest * np.sqrt(middle))
+    return np.where((middle > 0.0) | np.isnan(mean), ratio, 0.0)
 
 
 def _cross(a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:

@@ -139,6 +139,11 @@ def _add_half(platform: MjsBody, dims: Dimensions, build: Build, side: str, sign
     )
     across = build.finger_mass * claws.length**2 / 12.0
     set_inertia(finger, build.finger_mass, (0, 0, -claws.length / 2.0), (across, across, _THIN * across))
+    _add_pad(finger, dims, build, side, sign)
+    return [f"half_{side}", f"finger_{side}"]
+
+
+def _add_pad(finger: MjsBody, dims: Dimensions, build: Build, side: str, sign: float) -> None:
     claws = build.claws
     face = sign * (claws.width / 2.0 - dims.v)
     centre = (0.0, face + sign * claws.pad[1] / 2.0, -claws.length)
@@ -159,4 +164,3 @@ def _add_half(platform: MjsBody, dims: Dimensions, build: Build, side: str, sign
         group=2,
     )
     dress_finger(finger, claws, centre, sign)
-    return [f"half_{side}", f"finger_{side}"]
