@@ -13,10 +13,14 @@ PACKAGE = Path(pnt_gym.__file__).parent
 CELLS = {"conveyor", "one_joint", "gripper", "line"}
 
 
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def classes() -> Iterator[tuple[str, Path]]:
     """Every class of the package at the top of a module, with its file."""
     for path in sorted(PACKAGE.rglob("*.py")):
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        for node in _tree(path).body:
             if isinstance(node, ast.ClassDef):
                 yield node.name, path.relative_to(PACKAGE)
 
@@ -31,6 +35,19 @@ def test_a_class_has_a_name_of_its_own_but_for_pairs_across_the_cells():
         rooms = [path.parts[1] for path in paths if path.parts[0] == "cells"]
         across = len(rooms) == len(paths) and set(rooms) <= CELLS and len(set(rooms)) == len(rooms)
         assert len(paths) == 1 or across, f"{name} stands in {', '.join(map(str, paths))}"
+
+
+def test_planning_reads_fields_by_name_and_takes_few_arguments():
+    """No constants of a module number columns (`X, Y = range(2)`), and no function has more than eight arguments."""
+    nodes = [(path, node) for path in sorted(PACKAGE.glob("planning/**/*.py")) for node in ast.walk(_tree(path))]
+    functions = [(path, node) for path, node in nodes if isinstance(node, ast.FunctionDef)]
+    assert len(functions) > 300
+    for path, node in functions:
+        names = [argument.arg for argument in [*node.args.args, *node.args.kwonlyargs]]
+        assert len([name for name in names if name not in ("self", "cls")]) <= 8, f"{node.name} in {path}"
+    for path, node in nodes:
+        is_many = isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple)
+        assert not (is_many and ast.unparse(node.value).startswith("range(")), f"{ast.unparse(node)} in {path}"
 
 
 def test_no_modules_of_agents_import_each_other_in_a_circle():

@@ -54,7 +54,7 @@ class Chase(Row):
     end: float = field("s", "latest time that needs to be searched")
 
 
-class Block(Row):
+class ChaseBlock(Row):
     """Chases next to each other, number by number."""
 
     x: Lanes = field("m", "way along x")
@@ -79,7 +79,7 @@ class Block(Row):
     nearest: Lanes = field("s", "allowed time at which the object is closest")
 
 
-CHASE, BLOCK = Chase.dtype, Block.dtype
+CHASE, BLOCK = Chase.dtype, ChaseBlock.dtype
 
 
 @kernel_part
@@ -139,7 +139,7 @@ def _later_meeting(chase: Chase) -> float:
 
 
 @kernel_part
-def _load(chase: Chase, block: Block, lane: int) -> bool:
+def _load(chase: Chase, block: ChaseBlock, lane: int) -> bool:
     """Write a chase to a lane of a block; returns whether the border of its lateness can be found there."""
     nearest = _nearest(chase)
     x, y, z = (
@@ -173,7 +173,7 @@ def _load(chase: Chase, block: Block, lane: int) -> bool:
 
 
 @kernel_part
-def _lane_lateness(block: Block, lane: int, time: float) -> float:
+def _lane_lateness(block: ChaseBlock, lane: int, time: float) -> float:
     """Lateness of a lane at a time, for strokes that are not short: `_arrival` without branches and calls."""
     x = block.x[lane] + time * block.belt_x[lane]
     y = block.y[lane] + time * block.belt_y[lane]
@@ -191,7 +191,7 @@ def _lane_lateness(block: Block, lane: int, time: float) -> float:
 
 
 @kernel_part
-def _find_borders(block: Block, lanes: int) -> None:
+def _find_borders(block: ChaseBlock, lanes: int) -> None:
     """Find the borders of lateness of a block's lanes by the secant method, and their margins.
 
     A margin is infinite where the border is not found.
@@ -221,7 +221,7 @@ def _find_borders(block: Block, lanes: int) -> None:
 
 
 @kernel_part
-def _halve_surely(block: Block, lanes: int) -> None:
+def _halve_surely(block: ChaseBlock, lanes: int) -> None:
     """Bisect the brackets of a block's lanes as long as the borders tell where hands are late."""
     for _ in range(SURE_HALVINGS):
         for lane in range(lanes):
@@ -234,7 +234,7 @@ def _halve_surely(block: Block, lanes: int) -> None:
 
 
 @kernel_part
-def _halve_brackets(block: Block, lanes: int) -> None:
+def _halve_brackets(block: ChaseBlock, lanes: int) -> None:
     """Bisect the brackets of a block's lanes, as `_border_time`; lateness is tried only next to the borders."""
     _halve_surely(block, lanes)
     for _ in range(HALVINGS):
@@ -285,7 +285,7 @@ def _is_late_near(chase: Chase, time: float, border: float, margin: float) -> bo
 
 
 @kernel_part
-def _search_block(chases: Rows1[Chase], rows: Ints, count: int, blocks: Rows1[Block], time: Floats) -> None:
+def _search_block(chases: Rows1[Chase], rows: Ints, count: int, blocks: Rows1[ChaseBlock], time: Floats) -> None:
     """Write the meetings of some late hands, which stand in the first lanes of a block; NaN where there is none."""
     block = blocks[0]
     for lane in range(count):
