@@ -42,14 +42,10 @@ mujoco: Any = _mujoco
 Batch: Any = _batch.Batch
 
 
-def _stop_timers() -> None:
-    """Let MuJoCo read no clock in a step, which takes a tenth of it; `MjData.timer` stays zero in this process."""
-    # MuJoCo's Python takes no null pointer for this callback. A library that does not give the symbol keeps the timers.
-    with suppress(AttributeError, OSError, ValueError):
-        ctypes.c_void_p.in_dll(ctypes.CDLL(mujoco._callbacks.__file__), "mjcb_time").value = None
-
-
-_stop_timers()
+# MuJoCo reads no clock in a step, which would take a tenth of it; `MjData.timer` stays zero in this process. MuJoCo's
+# Python takes no null pointer for this callback. A library that does not give the symbol keeps the timers.
+with suppress(AttributeError, OSError, ValueError):
+    ctypes.c_void_p.in_dll(ctypes.CDLL(mujoco._callbacks.__file__), "mjcb_time").value = None
 
 
 @contextmanager

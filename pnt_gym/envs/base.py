@@ -26,13 +26,50 @@ from pnt_gym.cells.base.core import Core, Step
 from pnt_gym.cells.base.request import NO_REQUEST, REQUEST_OPTIONS, Request, requested_name
 from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display
-from pnt_gym.envs.manual import ARGUMENTS, Entries, completed
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
 from pnt_gym.names import check_keywords, unknown_name
 
 Observation: TypeAlias = Any
 """Observations: an array (N, D), or several arrays (N, ...) by name; of one environment without N."""
 NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
+SECTIONS: Final = (
+    "Description",
+    "Action Space",
+    "Observation Space",
+    "Rewards",
+    "Starting State",
+    "Episode End",
+    "Arguments",
+    "Version History",
+)
+"""Sections of a manual, in Gymnasium's order."""
+ARGUMENTS: Final = """\
+| `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
+| `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
+| `width` | int | 1280 | width of a frame [pixels], up to 1920 |
+| `height` | int | 720 | height of a frame [pixels], up to 1080 |
+| `camera` | mapping or None | None | `lookat` (x, y, z) [m], `distance` [m], `azimuth`, `elevation` [deg] to change |
+| `num_envs` | int | 1 | number of cells; vector form alone (`gymnasium.make_vec`) |
+| `autoreset_mode` | str or AutoresetMode | `"SameStep"` | vector form: `SameStep`, `NextStep` or `Disabled` |
+| `max_episode_steps` | int or None | None | vector form: steps of an episode; `gymnasium.make` adds a TimeLimit |
+| `disable_env_checker` | bool or None | None | vector form, which has no checker: True or None |
+
+`reset(options={"item": ..., "target": ...})` chooses item, target or both for the first throw of an episode, by name or
+index. The throw is drawn until it meets the request; later throws are drawn as always. In the vector form the request
+holds for every cell that is reset; the option `reset_mask`, a boolean array, chooses these cells."""
+"""Rows that the table of arguments has in every manual, and the options of a reset."""
+
+
+class Entries(Protocol):
+    """Entries of an observation, as a manual lists them."""
+
+    def __len__(self) -> int:
+        """Numbers in an observation."""
+        ...
+
+    def markdown(self) -> str:
+        """One row per entry."""
+        ...
 
 
 class BatchedCore(Protocol):
@@ -120,8 +157,17 @@ class Facade:
         cls._table = observes or cls._table
         if not cls.__doc__:
             return
-        manual = completed(cls.__doc__, cls._family) if cls._family else inspect.cleandoc(cls.__doc__)
-        if not cls._family and "## Action Space" in manual:
+        manual = inspect.cleandoc(cls.__doc__)
+        if cls._family:
+            # Of a section that both manuals have, the family's part comes first.
+            parts: dict[str, list[str]] = {title: [] for title in SECTIONS}
+            for text in (cls._family, manual):
+                for section in text.split("\n## ")[1:]:
+                    title, body = section.split("\n", 1)
+                    parts[title].append(body.strip())
+            written = [f"## {title}\n\n" + "\n\n".join(bodies) for title, bodies in parts.items() if bodies]
+            manual = "\n\n".join([manual.split("\n\n", 1)[0], *written])
+        elif "## Action Space" in manual:
             cls._family = manual
         if cls._table is not None:
             manual = manual.replace("{observations}", cls._table.markdown()).replace("{entries}", str(len(cls._table)))

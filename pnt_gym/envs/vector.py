@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from numbers import Integral
 from typing import Any, ClassVar
 
@@ -69,7 +68,12 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         disable_env_checker: bool | None = None,
     ) -> None:
         self._autoreset = self._checked(render_mode, autoreset_mode, disable_env_checker)
-        self._limit = _steps_of(max_episode_steps)
+        if max_episode_steps is not None:
+            limit: Any = max_episode_steps
+            if isinstance(limit, bool) or not isinstance(limit, Integral) or int(limit) < 1:
+                said = one_sentence(repr(limit), 80)
+                raise ConfigError(f"max_episode_steps is {said}; it must be a whole number, at least 1, or None")
+        self._limit = None if max_episode_steps is None else int(max_episode_steps)
         vars(self)["metadata"] = {**self.metadata, "autoreset_mode": self._autoreset}
         self._picture = Picture.of(width, height, camera)
         self.core = self.single.make_core(level, action_mode, num_envs, threads)
@@ -107,7 +111,16 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """
         if self.closed:
             raise OrderError("the environment is closed; make another one")
-        request, mask, seeds = request_of(options, self.core, "reset_mask"), self._mask(options), self._seeds(seed)
+        request = request_of(options, self.core, "reset_mask")
+        given: Any = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
+        try:
+            mask: NDArray[Any] = np.asarray(given)
+        except ValueError:  # rows of different lengths
+            mask = np.zeros(0)
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
+            said = one_sentence(repr(given), 80)
+            raise ConfigError(f"reset_mask is {said}; it must be a boolean array of shape ({self.num_envs},)")
+        seeds = self._seeds(seed)
         if self._failed and not mask.all():
             raise OrderError("the last step failed; reset all cells, without a reset_mask")
         rows = np.flatnonzero(mask)
@@ -139,14 +152,26 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """
         self._check_order()
         waiting, same = self._over, self._autoreset is AutoresetMode.SAME_STEP
-        with self._note_failure():
+        try:
             result = self._throw(actions, waiting)
-        terminated, truncated = self._ends(result.ended, ~waiting)
+        except ActionError:  # refused before the throw
+            raise
+        except BaseException:
+            self._failed = True
+            raise
+        self._steps += ~waiting
+        none = np.zeros(self.num_envs, dtype=np.bool_)
+        cut = none if self._limit is None else ~waiting & (self._steps >= self._limit)
+        terminated, truncated = (result.ended, cut) if self.core.terminates else (none, result.ended | cut)
         over = terminated | truncated
         renewed = over if same else waiting
         info = masked(result.info, ~renewed, result.partial, every=same)
         if same and over.any():
-            info |= _final(result, over)
+            last = np.full(self.num_envs, None, dtype=object)
+            for row in np.flatnonzero(over):
+                last[row] = row_of(result.observation, int(row))
+            final = masked(result.info, over, result.partial)
+            info |= {"final_obs": last, "_final_obs": over.copy(), "final_info": final, "_final_info": over.copy()}
         if not same:
             self._over = over
         observation = self._renew(renewed, info) if renewed.any() else result.observation
@@ -193,17 +218,6 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             cells = ", ".join(map(str, np.flatnonzero(self._over)))
             raise OrderError(f"the episodes of cells {cells} are over; reset them with the option 'reset_mask'")
 
-    @contextmanager
-    def _note_failure(self) -> Generator[None]:
-        """Context of throws: an error other than of an action, which is refused before the throw, is a failed step."""
-        try:
-            yield
-        except ActionError:
-            raise
-        except BaseException:
-            self._failed = True
-            raise
-
     def _throw(self, actions: NDArray[np.floating], waiting: Bools) -> Step:
         """Throw in the cells that do not wait for a reset; a rollout has all cells, so the core takes the rest back."""
         if not waiting.any():
@@ -222,13 +236,6 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             result.partial,
         )
 
-    def _ends(self, ended: Bools, thrown: Bools) -> tuple[Bools, Bools]:
-        """Episodes that terminate and that are truncated, after a step of the cells that have thrown (N,) each."""
-        self._steps += thrown
-        none = np.zeros(self.num_envs, dtype=np.bool_)
-        cut = none if self._limit is None else thrown & (self._steps >= self._limit)
-        return (ended, cut) if self.core.terminates else (none, ended | cut)
-
     def _renew(self, over: Bools, info: dict[str, Any]) -> Observation:
         """Begin anew in some cells; what is seen of all."""
         rows = np.flatnonzero(over)
@@ -236,18 +243,6 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self._steps[rows] = 0
         info |= masked(self.core.kinds(), np.ones(self.num_envs, dtype=np.bool_))
         return self.core.observe()
-
-    def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
-        """Which cells to restart: all, unless the options choose."""
-        given: Any = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
-        try:
-            mask: NDArray[Any] = np.asarray(given)
-        except ValueError:  # rows of different lengths
-            mask = np.zeros(0)
-        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
-            said = one_sentence(repr(given), 80)
-            raise ConfigError(f"reset_mask is {said}; it must be a boolean array of shape ({self.num_envs},)")
-        return mask
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         """The seed of every cell, None where it keeps its generator."""
@@ -280,34 +275,11 @@ def masked(
     return result
 
 
-def _final(result: Step, over: Bools) -> dict[str, Any]:
-    """What Gymnasium's form of a vector info has of the episodes that are over (N,)."""
-    last = np.full(len(over), None, dtype=object)
-    for row in np.flatnonzero(over):
-        last[row] = row_of(result.observation, int(row))
-    final = masked(result.info, over, result.partial)
-    return {"final_obs": last, "_final_obs": over.copy(), "final_info": final, "_final_info": over.copy()}
-
-
 def _without(values: NDArray[Any], rows: Bools) -> NDArray[Any]:
     """A copy of values (N, ...) with NaN in some rows, or 0 where values are no floating numbers."""
     blank = values.copy()
     blank[rows] = np.nan if values.dtype.kind == "f" else 0
     return blank
-
-
-def _steps_of(value: Any) -> int | None:
-    """The most steps of an episode, None for no limit.
-
-    Raises:
-        ConfigError: no whole number from 1 on.
-    """
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < 1:
-        said = one_sentence(repr(value), 80)
-        raise ConfigError(f"max_episode_steps is {said}; it must be a whole number, at least 1, or None")
-    return int(value)
 
 
 def vector_form(single: type[CoreEnv], pictured: bool = True) -> type[ThrowVectorEnv]:

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Ints
 from pnt_gym.cells.base.action import ActionMode, Correction, by_name, mode_of, pad_residual, quarter_names
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
@@ -30,28 +30,22 @@ EXPLORATION: Final = 0.05
 """Standard deviation of the noise that a learner adds in practice, as a share of an action of 1."""
 
 
-def _plan_goal(planner: ThrowPlanner, context: Context, residual: Floats) -> ThrowPlans:
-    return planner.plan(context.goal + residual, context.part)
-
-
-def _plan_release(planner: ThrowPlanner, context: Context, residual: Floats) -> ThrowPlans:
-    # The planned flight time does not change the arm's motion; it stays in `u` as the expected time of arrival.
-    return planner.plan_releases(context.plans.u + pad_residual(residual, 4), context.part)
-
-
 MODES: Final = by_name(
-    ActionMode(
+    ActionMode[ThrowPlanner, Context, ThrowPlans](
         "virtual_goal",
         ("goal along x", "goal up", "angle of the goal", "vertical speed of the goal"),
         lambda config: config.action.goal_scale(),
-        _plan_goal,
+        lambda planner, context, residual: planner.plan(context.goal + residual, context.part),
         ERRORS,
     ),
-    ActionMode(
+    ActionMode[ThrowPlanner, Context, ThrowPlans](
         "release_state",
         ("angle of the arm at the release", "its speed there", "radius of the object on the arm"),
         lambda config: config.action.release_scale(),
-        _plan_release,
+        # The planned flight time does not change the arm's motion; it stays in `u` as the expected time of arrival.
+        lambda planner, context, residual: planner.plan_releases(
+            context.plans.u + pad_residual(residual, 4), context.part
+        ),
     ),
 )
 

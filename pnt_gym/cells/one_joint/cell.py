@@ -62,7 +62,14 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         self.plant = OneJointPlant(config, count, threads)
         self._goals = np.stack([target.state for target in self.job.targets])
         self._parts = np.array([target.part for target in self.job.targets])
-        self._check_targets()
+        reached = None if self.job.region is not None else self.planner.plan(self._goals, self._parts).feasible
+        if reached is not None and not reached.all():
+            target = self.job.targets[int(reached.argmin())]
+            x, y, phi, dy = target.state
+            raise ConfigError(
+                f"cell {config.name!r}: goal {target.name!r} (x {x:g} m, y {y:g} m, phi {np.rad2deg(phi):g} deg, "
+                f"dy {dy:g} m/s) is out of the arm's reach"
+            )
         self.context = self.first(np.arange(count))
 
     def preview(self, plans: ThrowPlans, jitter: bool = False) -> Outcome:
@@ -133,18 +140,6 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         x, y = self.context.goal[row, :2]
         return np.array([x, 0.0, y])
 
-    def _check_targets(self) -> None:
-        if self.job.region is not None:
-            return
-        plans = self.planner.plan(self._goals, self._parts)
-        for target, fits in zip(self.job.targets, plans.feasible, strict=True):
-            if not fits:
-                x, y, phi, dy = target.state
-                raise ConfigError(
-                    f"cell {self.config.name!r}: goal {target.name!r} (x {x:g} m, y {y:g} m, phi {np.rad2deg(phi):g} "
-                    f"deg, dy {dy:g} m/s) is out of the arm's reach"
-                )
-
     def first(self, rows: Ints) -> Context:
         """First throws of some rows, with empty pallets."""
         lying = np.full((len(rows), len(self.job.parts), 3), np.nan)
@@ -163,7 +158,15 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
     def _draw_context(self, rows: Ints, kind: Ints, lying: Floats) -> Context:
         """Coming throws of some rows; kinds (N,) count only in an assembly."""
         if self.job.region is not None:
-            goal, plans = self._in_region(rows, self.job.region)
+            goal, plans, suitable = self._attempt(rows, self.job.region)
+            for _ in range(MOST_DRAWS):
+                pending = np.flatnonzero(~suitable)
+                if pending.size == 0:
+                    break
+                goal[pending], new_plans, suitable[pending] = self._attempt(rows[pending], self.job.region)
+                plans = replace_rows(plans, pending, new_plans)
+            else:
+                raise ConfigError(f"cell {self.config.name!r}: no goal of goals.region is in the arm's reach")
         else:
             if not self.job.in_order:
                 target_count = len(self.job.targets)
@@ -177,22 +180,14 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         part, goal = self._parts[kind], self._goals[kind]
         follows = ~np.isnan(lying[:, 0, 0])
         goals = goal.copy()
-        goals[follows, :3] = stack_pose(_unwrap(lying[follows, 0], self.job.targets[0].state[2]))
+        pose, planned = lying[follows, 0], self.job.targets[0].state
+        # Whole turns bring the first part's angle nearest to the planned one.
+        pose[:, 2] += 2.0 * np.pi * np.round((planned[2] - pose[:, 2]) / (2.0 * np.pi))
+        goals[follows, :3] = stack_pose(pose)
         plans = self.planner.plan(goals, part)
         # Where the first part has tilted its seat out of reach, the throw is planned for an exact seat.
         goals[~plans.feasible] = goal[~plans.feasible]
         return goals, recompute_rows(plans, ~plans.feasible, self.planner.plan, goal, part)
-
-    def _in_region(self, rows: Ints, region: GoalRegion) -> tuple[Floats, ThrowPlans]:
-        """Goal of each row and its plan, drawn from the row's generator until the goal is well in reach."""
-        goal, plans, suitable = self._attempt(rows, region)
-        for _ in range(MOST_DRAWS):
-            pending = np.flatnonzero(~suitable)
-            if pending.size == 0:
-                return goal, plans
-            goal[pending], new_plans, suitable[pending] = self._attempt(rows[pending], region)
-            plans = replace_rows(plans, pending, new_plans)
-        raise ConfigError(f"cell {self.config.name!r}: no goal of goals.region is in the arm's reach")
 
     def _attempt(self, rows: Ints, region: GoalRegion) -> tuple[Floats, ThrowPlans, Bools]:
         """First suitable goal of several draws per row, its plan, and whether the goal is suitable."""
@@ -206,10 +201,3 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         goal = goals[every, first]
         plans = self.planner.plan(goal, np.zeros(len(rows), dtype=np.int64))
         return goal, plans, plans.feasible & suitable[every, first]
-
-
-def _unwrap(pose: Floats, phi: float) -> Floats:
-    """Poses (N, 3) with the whole turns that bring their angle nearest to phi [rad]."""
-    unwrapped = pose.copy()
-    unwrapped[:, 2] += 2.0 * np.pi * np.round((phi - pose[:, 2]) / (2.0 * np.pi))
-    return unwrapped

@@ -49,17 +49,13 @@ class Flight:
     @cached_property
     def time(self) -> Floats:
         """Time of each sample on the motion's clock (N, M) [s]; 0 is the beginning of the motion."""
-        return self.clock.start[:, None] + self.step * (1.0 + self._samples)
+        return self.clock.start[:, None] + self.step * (1.0 + np.arange(self.pose.shape[1]))
 
     @cached_property
     def after_release(self) -> Bools:
         """Samples after the release that count (N, M)."""
-        samples = self._samples
+        samples = np.arange(self.pose.shape[1])
         return (samples >= self.clock.release_step[:, None]) & (samples <= self.last_step[:, None])
-
-    @property
-    def _samples(self) -> Ints:
-        return np.arange(self.pose.shape[1], dtype=np.int64)
 
     @cached_property
     def free(self) -> Bools:
@@ -102,33 +98,28 @@ class Flight:
             goal: goals (N, 4).
             weights: T of the Appendix (4,).
         """
-        state, end = self._extrapolate()
-        distance = (((state - goal[:, None]) * weights) ** 2).sum(axis=2)
+        extra_steps, rows = round(EXTRAPOLATION_TIME / self.step), np.arange(len(goal))
+        # Velocities belong to the middle of a step; gravity adds half a step until its end.
+        fall = np.array([0.0, -GRAVITY, 0.0])
+        rate = self.velocity + 0.5 * self.step * fall
+        state = np.concatenate([self.pose, rate[..., 1:2]], axis=2)
+        state = np.concatenate([state, np.zeros((len(rows), extra_steps, 4))], axis=1)
         samples = np.arange(state.shape[1], dtype=np.int64)
-        counts = (samples >= self.clock.release_step[:, None]) & (samples <= end[:, None])
-        best = np.where(counts, distance, np.inf).argmin(axis=1)
+        first, end = self.clock.release_step, self.last_step + extra_steps
+        last = first + np.maximum(self.free.sum(axis=1) - 1, 0)
+        steps_after = samples - last[:, None]
+        t: Floats = (self.step * steps_after)[..., None]
+        start, speed = self.pose[rows, last][:, None], rate[rows, last][:, None]
+        pose: Floats = start + speed * t + 0.5 * fall * t * t
+        extrapolated = np.concatenate([pose, speed[..., 1:2] - GRAVITY * t], axis=2)
+        state = np.where((steps_after > 0)[..., None], extrapolated, state)
+        distance = (((state - goal[:, None]) * weights) ** 2).sum(axis=2)
+        counts = (samples >= first[:, None]) & (samples <= end[:, None])
         # The interpolation needs one valid sample on either side.
-        best = np.clip(best, self.clock.release_step + 1, end - 1)
-        rows = np.arange(len(goal))
+        best = np.clip(np.where(counts, distance, np.inf).argmin(axis=1), first + 1, end - 1)
         left, middle, right = (distance[rows, best + i] for i in (-1, 0, 1))
         # Vertex of the parabola through three samples of the squared distance, and the state interpolated there.
         curvature = left - 2.0 * middle + right
         vertex = np.clip(0.5 * (left - right) / np.where(curvature > 0.0, curvature, np.inf), -1.0, 1.0)[:, None]
         a, b, c = (state[rows, best + i] for i in (-1, 0, 1))
         return b + 0.5 * vertex * (c - a) + 0.5 * vertex**2 * (a - 2.0 * b + c)
-
-    def _extrapolate(self) -> tuple[Floats, Ints]:
-        """State x, y, phi, dy (N, M + K, 4) of the free flight with its extrapolation, and its last sample (N,)."""
-        extra_steps, rows = round(EXTRAPOLATION_TIME / self.step), np.arange(len(self.pose))
-        # Velocities belong to the middle of a step; gravity adds half a step until its end.
-        fall = np.array([0.0, -GRAVITY, 0.0])
-        rate = self.velocity + 0.5 * self.step * fall
-        state = np.concatenate([self.pose, rate[..., 1:2]], axis=2)
-        state = np.concatenate([state, np.zeros((len(rows), extra_steps, 4))], axis=1)
-        last = self.clock.release_step + np.maximum(self.free.sum(axis=1) - 1, 0)
-        steps_after = np.arange(state.shape[1], dtype=np.int64) - last[:, None]
-        t: Floats = (self.step * steps_after)[..., None]
-        start, speed = self.pose[rows, last][:, None], rate[rows, last][:, None]
-        pose: Floats = start + speed * t + 0.5 * fall * t * t
-        extrapolated = np.concatenate([pose, speed[..., 1:2] - GRAVITY * t], axis=2)
-        return np.where((steps_after > 0)[..., None], extrapolated, state), self.last_step + extra_steps

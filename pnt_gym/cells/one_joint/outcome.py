@@ -171,20 +171,12 @@ def _judge_rest(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
     if not job.pallets:
         nowhere = np.zeros(len(kind), dtype=np.bool_)
         return nowhere, nowhere
-    return _judge_assembly(job, kind, flight) if job.in_order else _judge_sorting(job, kind, flight)
-
-
-def _judge_sorting(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
-    pose, velocity = flight.final_pose[:, 0], flight.final_velocity[:, 0]
-    inside = np.stack([lies_in_pocket(pose, velocity, pallet) for pallet in job.pallets], axis=1)
+    pose, velocity, touches = flight.final_pose, flight.final_velocity, flight.touches()
+    inside = np.stack([lies_in_pocket(pose[:, 0], velocity[:, 0], pallet) for pallet in job.pallets], axis=1)
+    if job.in_order:
+        # The second part of an assembly rests on the first part, which stands on the only pallet; the second part must
+        # not touch that pallet.
+        second = inside[:, 0] & lies_at(pose[:, 1], velocity[:, 1], stack_pose(pose[:, 0]), ON_STEM)
+        return np.where(kind == 0, inside[:, 0], second), (kind == 1) & touches[:, 0]
     is_target = np.arange(len(job.pallets)) == kind[:, None]
-    return (inside & is_target).any(axis=1), (flight.touches() & ~is_target).any(axis=1)
-
-
-def _judge_assembly(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
-    """The first part on its stand; for the second kind, the second part on the first one too."""
-    pose, velocity = flight.final_pose, flight.final_velocity
-    first = lies_in_pocket(pose[:, 0], velocity[:, 0], job.pallets[0])
-    second = first & lies_at(pose[:, 1], velocity[:, 1], stack_pose(pose[:, 0]), ON_STEM)
-    # The stand is the first part's target; the second part must not touch it.
-    return np.where(kind == 0, first, second), (kind == 1) & flight.touches()[:, 0]
+    return (inside & is_target).any(axis=1), (touches & ~is_target).any(axis=1)

@@ -232,17 +232,11 @@ def gaps(a: Floats, b: Floats) -> Floats:
     """Largest gap along a separating axis between boxes (..., 5) and boxes (..., 5) (...,) [m]; negative: overlap."""
     turn = b[..., 4] - a[..., 4]
     cos, sin = np.abs(np.cos(turn)), np.abs(np.sin(turn))
-
-    def separation(offset: tuple[Floats, Floats], frame_box: Floats, second_box: Floats) -> Floats:
-        u = np.abs(offset[0]) - frame_box[..., 2] - second_box[..., 2] * cos - second_box[..., 3] * sin
-        v = np.abs(offset[1]) - frame_box[..., 3] - second_box[..., 2] * sin - second_box[..., 3] * cos
-        return np.maximum(u, v)
-
-    return np.maximum(separation(_offset(a, b), a, b), separation(_offset(b, a), b, a))
-
-
-def _offset(frame: Floats, box: Floats) -> tuple[Floats, Floats]:
-    """Centre of a box (..., 5) in the axes of another box (..., 5), along and across [m]."""
-    dx, dy = box[..., 0] - frame[..., 0], box[..., 1] - frame[..., 1]
-    cos, sin = np.cos(frame[..., 4]), np.sin(frame[..., 4])
-    return dx * cos + dy * sin, dy * cos - dx * sin
+    separations: list[Floats] = []
+    for frame, box in ((a, b), (b, a)):
+        dx, dy = box[..., 0] - frame[..., 0], box[..., 1] - frame[..., 1]
+        along, across = np.cos(frame[..., 4]), np.sin(frame[..., 4])
+        u = np.abs(dx * along + dy * across) - frame[..., 2] - box[..., 2] * cos - box[..., 3] * sin
+        v = np.abs(dy * along - dx * across) - frame[..., 3] - box[..., 2] * sin - box[..., 3] * cos
+        separations.append(np.maximum(u, v))
+    return np.maximum(separations[0], separations[1])

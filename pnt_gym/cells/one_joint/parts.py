@@ -144,13 +144,6 @@ def block(part: Part) -> Block:
     return Block(mass=part.mass, half_length=part.half_length, half_height=part.half_height, depth=part.depth)
 
 
-def centre_part(outline: Outline, boxes: Boxes) -> tuple[Outline, Boxes]:
-    """Outline and boxes, moved to the centre of mass from any frame parallel to the part's."""
-    u, v = (float(value) for value in _moments(np.array(outline))[0])
-    centred_outline = tuple((a - u, b - v) for a, b in outline)
-    return centred_outline, tuple((a - u, b - v, half_u, half_v, angle) for a, b, half_u, half_v, angle in boxes)
-
-
 def add_part(body: MjsBody, part: Part, affinity: int = PART_BIT) -> None:
     """Give a body the part's mass and its geoms; the body's x axis is u, its z axis v.
 
@@ -211,26 +204,27 @@ def _box(u: tuple[float, float], v: tuple[float, float]) -> tuple[float, float, 
     return (u[0] + u[1]) / 2, (v[0] + v[1]) / 2, (u[1] - u[0]) / 2, (v[1] - v[0]) / 2, 0.0
 
 
-def _nose(v: float) -> tuple[float, float, float, float, float]:
-    """Tip of the stem: a square on its corner, whose upper half rises above the end of the stem at v."""
-    # The square's diagonal is the stem's width, so that its lower half is hidden in the stem.
-    half = STEM / np.sqrt(8.0)
-    return 0.0, v, float(half), float(half), np.pi / 4
-
-
 def _block() -> Part:
     h, d = WIDTH / 2, 0.015
     return Part(name="block", outline=((-h, -d), (h, -d), (h, d), (-h, d)), boxes=(_box((-h, h), (-d, d)),))
 
 
 def _tee() -> Part:
-    """The T; its bar lies on the arm, its stem points up."""
+    """The T about its centre of mass; its bar lies on the arm, its stem points up."""
     h, s, shoulder = WIDTH / 2, STEM / 2, BAR + STEM_LENGTH - STEM / 2
     right: Sequence[tuple[float, float]] = ((h, 0.0), (h, BAR), (s, BAR), (s, shoulder))
     left = tuple((-u, v) for u, v in reversed(right))
-    boxes = (_box((-h, h), (0.0, BAR)), _box((-s, s), (BAR, shoulder)), _nose(shoulder))
-    outline, boxes = centre_part((*right, (0.0, BAR + STEM_LENGTH), *left), boxes)
-    return Part(name="tee", outline=outline, boxes=boxes, rgba=(0.90, 0.55, 0.25, 1.0))
+    corners = (*right, (0.0, BAR + STEM_LENGTH), *left)
+    # The nose is a square on its corner. Its diagonal is the stem's width: its lower half is hidden in the stem.
+    half = float(STEM / np.sqrt(8.0))
+    boxes = (_box((-h, h), (0.0, BAR)), _box((-s, s), (BAR, shoulder)), (0.0, shoulder, half, half, np.pi / 4))
+    u, v = (float(value) for value in _moments(np.array(corners))[0])
+    return Part(
+        name="tee",
+        outline=tuple((a - u, b - v) for a, b in corners),
+        boxes=tuple((a - u, b - v, half_u, half_v, angle) for a, b, half_u, half_v, angle in boxes),
+        rgba=(0.90, 0.55, 0.25, 1.0),
+    )
 
 
 def _aitch() -> Part:

@@ -14,13 +14,12 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.plant import TOUCH_DISTANCE, Plant, roll_out, step_counts
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.flight import Flight
 from pnt_gym.cells.one_joint.measure import least_flight
-from pnt_gym.cells.one_joint.parts import Part
 from pnt_gym.cells.one_joint.scene import TORQUE, Scene, build_scene, contact_columns
 from pnt_gym.cells.one_joint.tasks import job_of
 from pnt_gym.planning.one_joint import ThrowPlans
@@ -48,12 +47,15 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         job = job_of(config)
         self.scene: Scene = build_scene(config, job.parts, job.pallets)
         super().__init__(config, self.scene.model, count, threads)
-        self._loads = _loads(job.parts)
+        # Mass, inertia and height of every part (P,); the radius comes from the plan.
+        self._loads = Load(*np.array([(p.mass, p.inertia, 0.0, p.half_height) for p in job.parts]).T)
 
     def fly(self, context: Context, plans: ThrowPlans) -> Flight:
         """Simulate one throw in every simulation, with the parts that already lie in the pallets."""
-        part, hidden = context.part, context.hidden
-        step, load = self.config.timestep, self._load(part, plans.u[:, 2])
+        part, hidden, step = context.part, context.hidden, self.config.timestep
+        height = self._loads.height[part]
+        radius = np.sqrt(plans.u[:, 2] ** 2 - height**2)
+        load = Load(self._loads.mass[part], self._loads.inertia[part], radius, height)
         motion, flight_time = plans.motion, plans.u[:, 3]
         delay = hidden.delay if self.scene.stoppers is None else np.zeros_like(hidden.delay)
         release = motion.duration + delay
@@ -65,7 +67,13 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, load.radius + hidden.radius, context.lying)
         control = self._controls(motion, load, clock, part, int(steps.max()))
         if (row := self.record_row) is not None:
-            self._keep(control[row, : steps[row]], plans.u[row], int(part[row]), context.goal[row])
+            angle, speed, reach, time = plans.u[row]
+            angle = angle + np.arcsin(height[row] / reach)
+            start = reach * np.array([np.cos(angle), 0.0, np.sin(angle)])
+            velocity = speed * reach * np.array([-np.sin(angle), 0.0, np.cos(angle)])
+            target = np.array([context.goal[row, 0], 0.0, context.goal[row, 1]])
+            body = int(self.scene.bodies[part[row]])
+            self.record_throw(body, control[row, : steps[row]], (start, velocity, time), target)
         record = roll_out(self.batch, control, steps, ("qpos", "qvel", "sensordata"))
         return self._flight(record, clock, steps, part)
 
@@ -85,23 +93,12 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         qpos[:, scene.first_qpos[:, None] + np.arange(3)] = poses
         batch.expand("body_gravcomp")[:, scene.bodies] = np.where(weight, 0.0, 1.0)
         batch.expand("site_pos")[rows, scene.seats[part]] = np.stack([radius, np.zeros_like(radius), height], axis=-1)
-        self._place_stoppers(part, radius)
+        if scene.stoppers is not None:
+            distance = np.array([p.support for p in scene.parts])[part] + STOPPER_GAP + STOPPER_WIDTH / 2
+            place, (inner, outer) = batch.expand("body_pos"), scene.stoppers
+            place[:, inner, 0] = radius - distance[:, 1]
+            place[:, outer, 0] = radius + distance[:, 0]
         batch.set_const()
-
-    def _load(self, part: Ints, reach: Floats) -> Load:
-        """Load on each arm, with the part's centre of mass at a distance l_t (N,) from the pivot."""
-        height = self._loads.height[part]
-        radius = np.sqrt(reach**2 - height**2)
-        return Load(self._loads.mass[part], self._loads.inertia[part], radius, height)
-
-    def _place_stoppers(self, part: Ints, radius: Floats) -> None:
-        if self.scene.stoppers is None:
-            return
-        distance = np.array([p.support for p in self.scene.parts])[part] + STOPPER_GAP + STOPPER_WIDTH / 2
-        place = self.batch.expand("body_pos")
-        inner, outer = self.scene.stoppers
-        place[:, inner, 0] = radius - distance[:, 1]
-        place[:, outer, 0] = radius + distance[:, 0]
 
     def _controls(self, motion: ArmMotion, load: Load, clock: Clock, part: Ints, steps: int) -> Floats:
         """References of the motor and activations of the grips (N, steps, nu + neq)."""
@@ -118,7 +115,15 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         scene, rows = self.scene, np.arange(len(part))
         first = scene.first_qpos[part][:, None] + np.arange(3)
         last = steps - 1
-        touch, pushed = self._touches(record["sensordata"], part)
+        # Contacts of the thrown part with each pallet and other part (N, M, Q + P - 1).
+        contacts = np.array([contact_columns(scene, p) for p in range(len(scene.parts))])[part]
+        found, distance = (
+            np.take_along_axis(record["sensordata"], contacts[:, k][:, None, :], axis=2) for k in range(2)
+        )
+        in_contact = found > 0.0
+        touch = np.zeros_like(in_contact)
+        # A sensor measures at the beginning of its step, the recorded pose is from the end.
+        touch[:, :-1] = in_contact[:, 1:] & (distance[:, 1:] < TOUCH_DISTANCE)
         columns = scene.first_qpos[:, None] + np.arange(3)
         return Flight(
             pose=np.take_along_axis(record["qpos"], first[:, None, :], axis=2),
@@ -127,38 +132,10 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
             arm_speed=record["qvel"][..., 0],
             torque=record["sensordata"][..., TORQUE],
             touch=touch,
-            pushed=pushed,
+            pushed=np.asarray(in_contact.any(axis=2)),
             clock=clock,
             last_step=last,
             step=self.config.timestep,
             final_pose=record["qpos"][rows, last][:, columns],
             final_velocity=record["qvel"][rows, last][:, columns],
         )
-
-    def _touches(self, sensordata: Floats, part: Ints) -> tuple[Bools, Bools]:
-        """Contacts of the thrown part: with each pallet and other part after each step, and any during it.
-
-        Returns:
-            Arrays (N, M, Q + P - 1) and (N, M).
-        """
-        columns = [contact_columns(self.scene, p) for p in range(len(self.scene.parts))]
-        in_contact = np.take_along_axis(sensordata, np.array([c[0] for c in columns])[part][:, None, :], axis=2) > 0.0
-        distance = np.take_along_axis(sensordata, np.array([c[1] for c in columns])[part][:, None, :], axis=2)
-        touch = np.zeros_like(in_contact)
-        # A sensor measures at the beginning of its step, the recorded pose is from the end.
-        touch[:, :-1] = in_contact[:, 1:] & (distance[:, 1:] < TOUCH_DISTANCE)
-        return touch, np.asarray(in_contact.any(axis=2))
-
-    def _keep(self, control: Floats, u: Floats, part: int, goal: Floats) -> None:
-        angle, speed, reach, time = u
-        angle = angle + np.arcsin(self.scene.parts[part].half_height / reach)
-        start = reach * np.array([np.cos(angle), 0.0, np.sin(angle)])
-        velocity = speed * reach * np.array([-np.sin(angle), 0.0, np.cos(angle)])
-        target = np.array([goal[0], 0.0, goal[1]])
-        self.record_throw(int(self.scene.bodies[part]), control, (start, velocity, time), target)
-
-
-def _loads(parts: tuple[Part, ...]) -> Load:
-    """Mass, inertia and height of every part (P,); the radius comes from the plan."""
-    values = np.array([(p.mass, p.inertia, 0.0, p.half_height) for p in parts])
-    return Load(*values.T)

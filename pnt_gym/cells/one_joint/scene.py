@@ -76,10 +76,21 @@ def build_scene(config: OneJointConfig, parts: Sequence[Part], pallets: Sequence
         # No two bodies can touch here; collision detection would take a tenth of the time.
         spec.option.disableflags = int(spec.option.disableflags) | int(mujoco.mjtDisableBit.mjDSBL_CONTACT.value)
     _add_stage(spec)
-    arm = add_one_joint(spec, config.arm.arm(), _drive(config), touches)
+    m, errors = config.mismatch, config.errors
+    drive = Drive(
+        kp=config.servo.kp,
+        kv=config.servo.kv,
+        inertia_factor=1.0 + m * errors.inertia,
+        friction=config.arm.friction + m * errors.friction,
+        viscous=m * errors.viscous,
+    )
+    arm = add_one_joint(spec, config.arm.arm(), drive, touches)
     add_pallets(spec, pallets)
     grips = [_add_part(spec, arm, part, config, touches) for part in parts]
-    _add_sensors(spec, parts, pallets)
+    add_torque_sensors(spec, ("motor",))
+    for part in parts:
+        for partner in (*pallets, *(p for p in parts if p is not part)):
+            add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_BODY, part.name, partner.name)
     model = spec.compile()
     # In potential flow an ellipsoid's added mass turns it (Munk's moment); behind a block the flow separates.
     model.geom_fluid[:, _ADDED_MASS] = 0.0
@@ -112,18 +123,6 @@ def _ids(values: Iterable[int]) -> Ints:
     return np.array(list(values), dtype=np.int64)
 
 
-def _drive(config: OneJointConfig) -> Drive:
-    """Servo and true joint of the arm, with the mismatch."""
-    m, errors = config.mismatch, config.errors
-    return Drive(
-        kp=config.servo.kp,
-        kv=config.servo.kv,
-        inertia_factor=1.0 + m * errors.inertia,
-        friction=config.arm.friction + m * errors.friction,
-        viscous=m * errors.viscous,
-    )
-
-
 def _add_part(
     spec: MjSpec, arm: MjsBody, part: Part, config: OneJointConfig, touches: bool
 ) -> tuple[str, tuple[str, str]]:
@@ -148,21 +147,7 @@ def _add_stage(spec: MjSpec) -> None:
         pos=[0.9, -1.8, 1.5], dir=[-0.45, 0.85, -0.7], diffuse=np.full(3, 0.40), specular=np.zeros(3)
     )
     add_floor(spec, FLOOR, 2.0, contype=0, conaffinity=PART_BIT, group=1)
-    _add_board_material(spec)
-    spec.worldbody.add_geom(
-        name="backboard",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[BOARD_WIDTH / 2, 0.01, BOARD_HEIGHT / 2],
-        pos=[-0.05, BACKBOARD, FLOOR + BOARD_HEIGHT / 2],
-        material="board",
-        contype=0,
-        conaffinity=0,
-        group=1,
-    )
-
-
-def _add_board_material(spec: MjSpec) -> None:
-    """Add a material with squares of 0.1 m, which show the scale of a flight."""
+    # Squares of 0.1 m show the scale of a flight.
     spec.add_texture(
         name="board",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
@@ -176,11 +161,13 @@ def _add_board_material(spec: MjSpec) -> None:
     board = spec.add_material(name="board", texrepeat=[BOARD_WIDTH / 0.1, BOARD_HEIGHT / 0.1], texuniform=False)
     board.textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB.value)] = "board"
     board.specular, board.shininess, board.reflectance = 0.0, 0.0, 0.0
-
-
-def _add_sensors(spec: MjSpec, parts: Sequence[Part], pallets: Sequence[Pallet]) -> None:
-    """Add sensors of the motor's torque, then of each part's nearest contact with each pallet and other part."""
-    add_torque_sensors(spec, ("motor",))
-    for part in parts:
-        for partner in (*pallets, *(p for p in parts if p is not part)):
-            add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_BODY, part.name, partner.name)
+    spec.worldbody.add_geom(
+        name="backboard",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[BOARD_WIDTH / 2, 0.01, BOARD_HEIGHT / 2],
+        pos=[-0.05, BACKBOARD, FLOOR + BOARD_HEIGHT / 2],
+        material="board",
+        contype=0,
+        conaffinity=0,
+        group=1,
+    )

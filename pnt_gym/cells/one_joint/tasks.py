@@ -14,7 +14,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.one_joint.config import BlockSection, Goal, GoalRegion, Goals, OneJointConfig
+from pnt_gym.cells.one_joint.config import Goal, GoalRegion, Goals, OneJointConfig
 from pnt_gym.cells.one_joint.pallets import ASSEMBLY, SORTING, STAND, Pallet, pocket
 from pnt_gym.cells.one_joint.parts import Part
 from pnt_gym.errors import ConfigError
@@ -65,18 +65,6 @@ class Job:
         return tuple(target.name for target in self.targets)
 
 
-def block_part(block: BlockSection) -> Part:
-    """The level's block as a part."""
-    h, d = block.half_length, block.half_height
-    return Part(
-        name="block",
-        outline=((-h, -d), (h, -d), (h, d), (-h, d)),
-        boxes=((0.0, 0.0, h, d, 0.0),),
-        depth=block.depth,
-        density=block.mass / (4.0 * h * d * block.depth),
-    )
-
-
 def job_of(config: OneJointConfig) -> Job:
     """Job of a level's task.
 
@@ -85,23 +73,24 @@ def job_of(config: OneJointConfig) -> Job:
     """
     if config.task != "throw" and (config.goals.fixed or config.goals.region is not None):
         raise ConfigError(f"task {config.task!r} throws at its own pallets; leave `goals` empty")
-    if config.task == "sort":
-        part = block_part(config.block)
-        pallets = tuple(replace(pallet, boxes=pocket(part)) for pallet in SORTING)
-        return Job((part,), pallets, tuple(Target(p.name, p.state, 0) for p in pallets))
     if config.task == "assembly":
         parts = tuple(part for part, _ in ASSEMBLY)
         targets = tuple(Target(part.name, np.array(goal), k) for k, (part, goal) in enumerate(ASSEMBLY))
         return Job(parts, (STAND,), targets, in_order=True)
-    return _throw_job(config)
-
-
-def _throw_job(config: OneJointConfig) -> Job:
-    part = block_part(config.block)
-    fixed = config.goals.fixed
-    if config.release == "contact" and config.goals == Goals():
-        fixed = PUSHED
-    if fixed:
+    block = config.block
+    h, d = block.half_length, block.half_height
+    part = Part(
+        name="block",
+        outline=((-h, -d), (h, -d), (h, d), (-h, d)),
+        boxes=((0.0, 0.0, h, d, 0.0),),
+        depth=block.depth,
+        density=block.mass / (4.0 * h * d * block.depth),
+    )
+    if config.task == "sort":
+        pallets = tuple(replace(pallet, boxes=pocket(part)) for pallet in SORTING)
+        return Job((part,), pallets, tuple(Target(p.name, p.state, 0) for p in pallets))
+    pushes = config.release == "contact" and config.goals == Goals()
+    if fixed := PUSHED if pushes else config.goals.fixed:
         return Job((part,), (), tuple(Target(g.name, g.state(), 0) for g in fixed))
     region = config.goals.region or GoalRegion()
     low, high = region.bounds()

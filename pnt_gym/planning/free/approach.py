@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Floats
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.scurve import brake_distance
@@ -68,9 +68,9 @@ def _initial_speed(limits: LimitRows, elapsed: Floats, height: float) -> Floats:
     _, acceleration, jerk = limits
     low = 0.5 * jerk * elapsed**2
     high = low + np.sqrt(2.0 * acceleration * height) + 2.0 * acceleration**2 / jerk
-
-    def too_slow(speed: Floats) -> Bools:
-        left = brake_distance(speed, limits) - (speed * elapsed - jerk * elapsed**3 / 6.0)
-        return left < height
-
-    return bisect(too_slow, low, high, _HALVINGS)[0]
+    return bisect(
+        lambda speed: brake_distance(speed, limits) - (speed * elapsed - jerk * elapsed**3 / 6.0) < height,
+        low,
+        high,
+        _HALVINGS,
+    )[0]

@@ -44,14 +44,6 @@ def keeps_rules(
     height = _extremes(*_cubic(path, 2), path.durations)
     after = path.knot_times[:, :-1] >= release_time[:, None] - 1e-12
     low = np.where(after, floor[1][:, None], floor[0][:, None]) - SINK
-    good = _keeps_limits(path, limits) & (height[1].max(axis=1) <= roof + TOLERANCE)
-    good &= (height[0] >= low).all(axis=1) & _stays_above_object(path, release_time, rules, after)
-    if rules.workspace is not None:
-        good &= rules.workspace.contains(_positions(path)).all(axis=(1, 2))
-    return good
-
-
-def _keeps_limits(path: JerkTrajectory, limits: Limits) -> Bools:
     velocity, acceleration, jerk = limits.arrays(len(path.start))
     knots = path.knots
     middle = knots.velocity[:, :-1] + 0.5 * path.durations[..., None] * knots.acceleration[:, :-1]
@@ -59,7 +51,11 @@ def _keeps_limits(path: JerkTrajectory, limits: Limits) -> Bools:
     hardest = length(knots.acceleration).max(axis=1)
     sharpest = np.where(path.durations > 0.0, length(path.jerks), 0.0).max(axis=1)
     worst = np.maximum(np.maximum(fastest / velocity, hardest / acceleration), sharpest / jerk)
-    return np.asarray(worst <= 1.0 + TOLERANCE)
+    good = np.asarray(worst <= 1.0 + TOLERANCE) & (height[1].max(axis=1) <= roof + TOLERANCE)
+    good &= (height[0] >= low).all(axis=1) & _stays_above_object(path, release_time, rules, after)
+    if rules.workspace is not None:
+        good &= rules.workspace.contains(_positions(path)).all(axis=(1, 2))
+    return good
 
 
 def _stays_above_object(path: JerkTrajectory, release_time: Floats, rules: HandRules, after: Bools) -> Bools:

@@ -80,7 +80,11 @@ def return_leg(
     """
     count, (start, velocity) = len(next_picks), departure
     valid: Bools = np.asarray(np.isfinite(start).all(axis=1))
-    entry = stop_above(limits, count, rules.approach) if hover else approach_entry(limits, count, rules.approach)
+    if hover:
+        fall, still = np.tile([0.0, 0.0, -rules.approach], (count, 1)), np.zeros((count, 3))
+        entry = Entry(still, still, rest_to_rest(fall, limits))
+    else:
+        entry = approach_entry(limits, count, rules.approach)
     down = entry.down
     way = next_picks + np.array([0.0, 0.0, rules.approach]) - start
     if drift is not None:
@@ -135,12 +139,6 @@ class _Rotation(NamedTuple):
         x, y = vectors[..., 0], vectors[..., 1]
         cosine, sine = self.cosine[:, None], self.sine[:, None]
         return np.stack([cosine * x - sine * y, sine * x + cosine * y, vectors[..., 2]], axis=-1)
-
-
-def stop_above(limits: Limits, count: int, height: float) -> Entry:
-    """Return approaches over `height` [m] that begin at rest."""
-    still = np.zeros((count, 3))
-    return Entry(still, still, rest_to_rest(np.tile([0.0, 0.0, -height], (count, 1)), limits))
 
 
 def _select_rows(moves: Transfers, rows: Bools) -> Transfers:

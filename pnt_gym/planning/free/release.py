@@ -93,22 +93,18 @@ def free_releases(
     chosen, cost = np.zeros((3, count)), np.full(count, np.inf)
     for begin in range(0, count, CHUNK):
         part = np.arange(begin, min(begin + CHUNK, count))
-        chosen[:, part], cost[part] = _refine(take(frame, part), take(rows, part), roof[part], rules)
+        few = take(frame, part), take(rows, part), roof[part], rules
+        around: list[Floats] = []
+        for coarse in COARSE:
+            first, _ = _best_choice(*few, np.repeat(coarse[:, None], len(part), axis=1))
+            around.append(first[:, :, None] + FINE[:, None])
+        fine = np.concatenate(around, axis=2)
+        fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])
+        chosen[:, part], cost[part] = _best_choice(*few, fine)
     position, velocity, flight = _release(frame, rows.velocity, chosen, roof)
     feasible = np.isfinite(cost) & (frame.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
     gap = np.where(feasible, 0.0, np.nan)
     return FreeReleases(position + gap[:, None], velocity + gap[:, None], flight + gap, feasible)
-
-
-def _refine(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules) -> tuple[Floats, Floats]:
-    """Quickest choice of each row (3, N) and its estimated time (N,) [s]."""
-    around: list[Floats] = []
-    for coarse in COARSE:
-        first, _ = _best_choice(frame, limits, roof, rules, np.repeat(coarse[:, None], len(frame.picks), axis=1))
-        around.append(first[:, :, None] + FINE[:, None])
-    fine = np.concatenate(around, axis=2)
-    fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])
-    return _best_choice(frame, limits, roof, rules, fine)
 
 
 def _best_choice(
@@ -120,11 +116,21 @@ def _best_choice(
     index = np.arange(count, dtype=np.int64)
     rows = np.repeat(index, choice_count)
     row_limits = take(limits, rows)
-    releases = _release(take(frame, rows), row_limits.velocity, choices.reshape(3, -1), roof[rows])
-    room = greatest_height(roof, rules)[rows] - releases[0][:, 2]
-    good = (releases[2] > 0.0) & (CAUTION * _rise(releases[1], row_limits, rules) <= room)
-    falling = approach_entry(limits, count, rules.approach).velocity
-    cost = _cost(frame.picks[rows], releases, falling[rows], row_limits, rules, good).reshape(count, choice_count)
+    position, velocity, flight = _release(take(frame, rows), row_limits.velocity, choices.reshape(3, -1), roof[rows])
+    room = greatest_height(roof, rules)[rows] - position[:, 2]
+    good = (flight > 0.0) & (CAUTION * _rise(velocity, row_limits, rules) <= room)
+    falling = approach_entry(limits, count, rules.approach).velocity[rows]
+    picks = frame.picks[rows]
+    above, start = picks + np.array([0.0, 0.0, rules.approach]), position + rules.window * velocity
+    time = estimate(position - picks, np.zeros_like(picks), velocity, row_limits)
+    time = time + estimate(above - start, velocity, falling, row_limits)
+    # Height that the hand needs to gain its upward speed without going below the pick.
+    run_up = RUN_UP * brake_distance(np.maximum(velocity[:, 2], 0.0), row_limits)
+    good &= position[:, 2] - picks[:, 2] >= run_up
+    if rules.workspace is not None:
+        turn = turning_point(start, velocity, row_limits)
+        good &= rules.workspace.contains(position) & rules.workspace.contains(turn)
+    cost = np.where(good, time, np.inf).reshape(count, choice_count)
     best = cost.argmin(axis=1)
     return choices[:, index, best], cost[index, best]
 
@@ -157,29 +163,6 @@ def _release(frame: Frame, fastest: Floats, choice: Floats, roof: Floats) -> tup
     position = np.stack([low * 0.0 + along * frame.cosine, along * frame.sine, start], axis=1)
     position[:, :2] += frame.picks[:, :2]
     return position, np.stack([level * frame.cosine, level * frame.sine, rise], axis=1), flight
-
-
-def _cost(
-    picks: Floats,
-    release: tuple[Floats, Floats, Floats],
-    falling: Floats,
-    limits: LimitRows,
-    rules: HandRules,
-    good: Bools,
-) -> Floats:
-    """Estimated time (N,) of throw and return [s]; infinite where object or hand cannot follow the choice."""
-    position, velocity, _ = release
-    above = picks + np.array([0.0, 0.0, rules.approach])
-    start = position + rules.window * velocity
-    cost = estimate(position - picks, np.zeros_like(picks), velocity, limits)
-    cost = cost + estimate(above - start, velocity, falling, limits)
-    # Height that the hand needs to gain its upward speed without going below the pick.
-    run_up = RUN_UP * brake_distance(np.maximum(velocity[:, 2], 0.0), limits)
-    good = good & (position[:, 2] - picks[:, 2] >= run_up)
-    if rules.workspace is not None:
-        turn = turning_point(start, velocity, limits)
-        good &= rules.workspace.contains(position) & rules.workspace.contains(turn)
-    return np.where(good, cost, np.inf)
 
 
 def greatest_height(ceiling: Floats, rules: HandRules) -> Floats:

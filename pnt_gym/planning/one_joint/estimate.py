@@ -99,13 +99,20 @@ def arrival(
     Raises:
         ValueError: a scale is negative or not finite, the scale of y is 0, or the goals have the wrong shape.
     """
-    weights, target = _square_scales(scales), numbers(goal, "goal")
+    diagonal, target = numbers(scales, "scales"), numbers(goal, "goal")
+    if diagonal.shape != (4,) or not np.isfinite(diagonal).all() or (diagonal < 0.0).any():
+        raise PlanningError(f"scales must be four finite numbers of at least 0, got {scales!r}")
+    if diagonal[1] == 0.0:
+        raise PlanningError("the scale of y is 0; it must be positive, or no point of the flight is nearest")
     if target.shape != (flight.x.size, 4):
         raise PlanningError(f"goal must have shape ({flight.x.size}, 4), got {target.shape}")
+    weights = diagonal * diagonal
     candidates = _nearest_times(flight, target, weights)
     if earliest is not None:
         candidates = np.maximum(candidates, np.broadcast_to(numbers(earliest, "earliest"), flight.x.shape))
-    distance = np.stack([_distance(flight, time, target, weights) for time in candidates])
+    errors = [flight.state(time) - target for time in candidates]
+    squares = [weights * error * error for error in errors]
+    distance = np.stack([square[:, 0] + square[:, 1] + square[:, 2] + square[:, 3] for square in squares])
     time = candidates[distance.argmin(axis=0), np.arange(flight.x.size)]
     return Arrival(flight.state(time), time)
 
@@ -127,21 +134,6 @@ def _line_fits(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple
         slope = (away * (value - mean[:, None])).sum(axis=1) / spread
         fits.append((mean - slope * middle, slope))
     return fits
-
-
-def _square_scales(scales: ArrayLike) -> Floats:
-    values = numbers(scales, "scales")
-    if values.shape != (4,) or not np.isfinite(values).all() or (values < 0.0).any():
-        raise PlanningError(f"scales must be four finite numbers of at least 0, got {scales!r}")
-    if values[1] == 0.0:
-        raise PlanningError("the scale of y is 0; it must be positive, or no point of the flight is nearest")
-    return values * values
-
-
-def _distance(flight: FittedFlight, time: Floats, goal: Floats, weights: Floats) -> Floats:
-    away = flight.state(time) - goal
-    square = weights * away * away
-    return square[:, 0] + square[:, 1] + square[:, 2] + square[:, 3]
 
 
 def _nearest_times(flight: FittedFlight, goal: Floats, weights: Floats) -> Floats:

@@ -81,17 +81,13 @@ def reasons_of(u: Floats, arm: Arm, block: Block) -> tuple[str, ...]:
         reasons.append(f"radius r = {radius:.4g} m is too long; the block is whole on the arm up to {longest:.4g} m")
     if reasons:
         return tuple(reasons)
-    return _force_reasons(u, np.array(radius), arm, block)
-
-
-def _force_reasons(u: Floats, radius: Floats, arm: Arm, block: Block) -> tuple[str, ...]:
-    window = _acceleration_window(u, radius, arm, block)
+    window = _acceleration_window(u, np.array(radius), arm, block)
     if not window.is_open:
         return (
             f"no acceleration window: the grasp needs more than {float(window.low):.4g} rad/s2 at the release, "
             f"the motor gives less than {float(window.high):.4g} rad/s2",
         )
-    if not _lets_go(u, radius, arm, block):
+    if not _lets_go(u, np.array(radius), arm, block):
         brake = float(braking_acceleration(u[1], arm))
         return (f"the motor brakes with at most {-brake:.4g} rad/s2, too little to let the block go",)
     return ()

@@ -41,7 +41,12 @@ class ArmMotion:
     braking: Floats
 
     def __post_init__(self) -> None:
-        _check_shapes(self.knots, self.time_step, self.braking)
+        if self.knots.ndim != 2 or self.knots.shape[1] < 4:
+            raise PlanningError(f"knots must have shape (N, n + 3) with n >= 1, got {self.knots.shape}")
+        for name in ("time_step", "braking"):
+            shape, rows = getattr(self, name).shape, self.knots.shape[:1]
+            if shape != rows:
+                raise PlanningError(f"{name} must have shape {rows}, got {shape}")
         if (self.time_step <= 0.0).any():
             raise PlanningError(f"time_step must be positive [s], got {np.nanmin(self.time_step)}")
         wrong = (self.braking * self.release_speed >= 0.0) & (self.release_speed != 0.0)
@@ -62,7 +67,14 @@ class ArmMotion:
             accelerations: accelerations at the borders (N, n + 1) [rad/s2].
             braking: acceleration after the release (N,) [rad/s2].
         """
-        return cls(spline_knots(start, time_step, accelerations), time_step, braking)
+        # The second differences of the control points are the accelerations at the borders times the squared time step.
+        bends = accelerations * (time_step * time_step)[:, None]
+        # At rest the first and the third control point are equal, so the angle at the border is middle + bend / 6.
+        middle = start - bends[:, 0] / 6.0
+        slopes = np.cumsum(bends, axis=1) - 0.5 * bends[:, :1]
+        later = middle[:, None] + np.cumsum(slopes, axis=1)
+        knots = np.concatenate([(middle + 0.5 * bends[:, 0])[:, None], middle[:, None], later], axis=1)
+        return cls(knots, time_step, braking)
 
     @property
     def intervals(self) -> int:
@@ -110,10 +122,22 @@ class ArmMotion:
 
         Before 0 the arm rests at its first angle; the release itself belongs to the spline.
         """
-        time = self._times(times)
-        spline, brake = self._spline(time), self._brake(time)
+        time, count = numbers(times, "times"), self.knots.shape[0]
+        if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
+            raise PlanningError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
+        time = np.broadcast_to(time, (count, time.shape[-1]))
+        # Constant braking from the release on, then rest.
+        braking_time = self._braking_time()[:, None]
+        speed, braking = self.release_speed[:, None], self.braking[:, None]
+        elapsed = np.clip(time - self.duration[:, None], 0.0, braking_time)
+        moving = elapsed < braking_time
+        brake = (
+            self.release_angle[:, None] + elapsed * (speed + 0.5 * elapsed * braking),
+            np.where(moving, speed + elapsed * braking, 0.0 * braking_time),
+            np.where(moving, braking, 0.0 * braking_time),
+        )
         after = time > self.duration[:, None]
-        angle, speed, acceleration = (np.where(after, b, s) for b, s in zip(brake, spline, strict=True))
+        angle, speed, acceleration = (np.where(after, b, s) for b, s in zip(brake, self._spline(time), strict=True))
         # Rows without a motion compare as False everywhere and keep their NaN.
         return ArmSample(angle, speed, np.where(time < 0.0, 0.0 * acceleration, acceleration))
 
@@ -121,22 +145,20 @@ class ArmMotion:
         speed = self.release_speed
         return np.where(speed == 0.0, 0.0, -speed / np.where(speed == 0.0, 1.0, self.braking))
 
-    def _times(self, times: ArrayLike) -> Floats:
-        time = numbers(times, "times")
-        count = self.knots.shape[0]
-        if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
-            raise PlanningError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
-        return np.broadcast_to(time, (count, time.shape[-1]))
-
     def _spline(self, time: Floats) -> ArmSample:
         """Samples of the spline of Eq. 13, with times clipped to its ends."""
         count, intervals = self.knots.shape[0], self.intervals
         step = self.time_step[:, None]
-        x = np.clip(np.where(np.isnan(step), 0.0, time / step), 0.0, float(intervals))
-        index = np.minimum(x.astype(np.int64), intervals - 1)
-        s = x - index
+        share = np.clip(np.where(np.isnan(step), 0.0, time / step), 0.0, float(intervals))
+        index = np.minimum(share.astype(np.int64), intervals - 1)
+        s = share - index
         rows = index + intervals * np.arange(count, dtype=np.int64)[:, None]
-        c = np.take(_cubics(self.knots).reshape(count * intervals, 4), rows, axis=0)
+        # The uniform B-spline basis: coefficients of each interval's cubic in s from 0 to 1, constant first.
+        w, x, y, z = self.knots[:, :-3], self.knots[:, 1:-2], self.knots[:, 2:-1], self.knots[:, 3:]
+        cubics = np.stack(
+            [(w + 4.0 * x + y) / 6.0, 0.5 * (y - w), 0.5 * (w - 2.0 * x + y), (z - w + 3.0 * (x - y)) / 6.0], axis=2
+        )
+        c = np.take(cubics.reshape(count * intervals, 4), rows, axis=0)
         c0, c1, c2, c3 = c[..., 0], c[..., 1], c[..., 2], c[..., 3]
         return ArmSample(
             c0 + s * (c1 + s * (c2 + s * c3)),
@@ -144,49 +166,7 @@ class ArmMotion:
             (2.0 * c2 + s * (6.0 * c3)) / (step * step),
         )
 
-    def _brake(self, time: Floats) -> ArmSample:
-        """Samples of the constant braking from the release on, then rest."""
-        braking_time = self._braking_time()[:, None]
-        speed, braking = self.release_speed[:, None], self.braking[:, None]
-        elapsed = np.clip(time - self.duration[:, None], 0.0, braking_time)
-        moving = elapsed < braking_time
-        angle = self.release_angle[:, None] + elapsed * (speed + 0.5 * elapsed * braking)
-        return ArmSample(
-            angle,
-            np.where(moving, speed + elapsed * braking, 0.0 * braking_time),
-            np.where(moving, braking, 0.0 * braking_time),
-        )
-
-
-def spline_knots(start: Floats, time_step: Floats, accelerations: Floats) -> Floats:
-    """Return control points (N, n + 3) of motions from rest at ``start`` with accelerations linear between borders.
-
-    The second differences of the control points are the accelerations at the borders times the squared time step.
-    """
-    bends = accelerations * (time_step * time_step)[:, None]
-    # At rest the first and the third control point are equal, so the angle at the border is middle + bend / 6.
-    middle = start - bends[:, 0] / 6.0
-    slopes = np.cumsum(bends, axis=1) - 0.5 * bends[:, :1]
-    later = middle[:, None] + np.cumsum(slopes, axis=1)
-    return np.concatenate([(middle + 0.5 * bends[:, 0])[:, None], middle[:, None], later], axis=1)
-
 
 def _mean(three: Floats) -> Floats:
     # Uniform cubic B-splines at a border of their intervals: 1/6, 4/6, 1/6.
     return (three[:, 0] + 4.0 * three[:, 1] + three[:, 2]) / 6.0
-
-
-def _cubics(knots: Floats) -> Floats:
-    """Coefficients (N, n, 4) of each interval's cubic in s from 0 to 1, constant first: the uniform B-spline basis."""
-    a, b, c, d = knots[:, :-3], knots[:, 1:-2], knots[:, 2:-1], knots[:, 3:]
-    return np.stack(
-        [(a + 4.0 * b + c) / 6.0, 0.5 * (c - a), 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) / 6.0], axis=2
-    )
-
-
-def _check_shapes(knots: Floats, time_step: Floats, braking: Floats) -> None:
-    if knots.ndim != 2 or knots.shape[1] < 4:
-        raise PlanningError(f"knots must have shape (N, n + 3) with n >= 1, got {knots.shape}")
-    for name, value in (("time_step", time_step), ("braking", braking)):
-        if value.shape != (knots.shape[0],):
-            raise PlanningError(f"{name} must have shape ({knots.shape[0]},), got {value.shape}")

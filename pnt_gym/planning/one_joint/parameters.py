@@ -35,7 +35,7 @@ class Block:
 
     def __post_init__(self) -> None:
         for name in ("mass", "half_length", "depth"):
-            _positive(f"block {name}", getattr(self, name))
+            _check_positive(f"block {name}", getattr(self, name))
         if not 0.0 <= number(self.half_height, "block half_height") < np.inf:
             raise PlanningError(f"block half_height is {self.half_height}; it must be at least 0")
 
@@ -81,7 +81,7 @@ class Arm:
 
     def __post_init__(self) -> None:
         for name in ("length", "width", "thickness", "density", "torque", "speed", "torque_at_speed", "time_step"):
-            _positive(f"arm {name}", getattr(self, name))
+            _check_positive(f"arm {name}", getattr(self, name))
         for name in ("actuator_inertia", "friction"):
             value = getattr(self, name)
             if not 0.0 <= number(value, f"arm {name}") < np.inf:
@@ -113,6 +113,6 @@ def arm_and_block(arm: Arm | None, block: Block | None) -> tuple[Arm, Block]:
     return of_kind(arm, Arm, "arm"), of_kind(block, Block, "block")
 
 
-def _positive(name: str, value: float) -> None:
+def _check_positive(name: str, value: float) -> None:
     if not 0.0 < number(value, name) < np.inf:
         raise PlanningError(f"{name} is {value}; it must be positive and finite")

@@ -79,7 +79,11 @@ def find_releases(z: Floats, half_height: float, angles: tuple[float, float], tu
     cells = [_root_intervals(goals, borders, turn, angles) for turn in turns]
     intervals = concatenate_records(cells)
     goal = take(goals, (intervals.row, 0, 0)).with_turns(intervals.turns)
-    u = _release(goal, _root(goal, intervals), intervals.branch)
+    below = _miss(goal, intervals.low, intervals.branch) < 0.0
+    low, high = bisect(
+        lambda a: (_miss(goal, a, intervals.branch) < 0.0) == below, intervals.low, intervals.high, BISECTIONS
+    )
+    u = _release(goal, 0.5 * (low + high), intervals.branch)
     u = _polish(u, z[intervals.row], intervals.turns, half_height)
     good = u[:, 3] > 0.0
     return ReleaseRows(intervals.row[good], u[good], intervals.turns[good])
@@ -114,7 +118,11 @@ def _miss(goal: _Goals, a: Floats, branch: Floats) -> Floats:
 def _root_intervals(goals: _Goals, borders: Floats, turn: int, angles: tuple[float, float]) -> _Intervals:
     """Intervals with a root; the arrays' axes are rows, the two branches and the angle (N, 2, M)."""
     goals = goals.with_turns(turn)
-    grid = _grid(goals, borders, angles)
+    low, high = goals.phi - angles[1], goals.phi - angles[0]
+    count = max(8, int(np.ceil(CELLS * (angles[1] - angles[0]) / np.pi)))
+    even = low + (high - low) * np.linspace(0.0, 1.0, count + 1)
+    # Evenly spaced angles a and the borders of smoothness, sorted (N, 1, M).
+    grid = np.sort(np.concatenate([even, np.clip(borders, low, high)], axis=2), axis=2)
     branch = np.array([[1.0], [-1.0]])
     value = _miss(goals, grid, branch)
     # Borders of smoothness are samples, so the middle of a cell decides whether the branch exists in the cell.
@@ -128,14 +136,6 @@ def _root_intervals(goals: _Goals, borders: Floats, turn: int, angles: tuple[flo
 
 def _collect(row: Ints, turn: int, branch: Floats, low: Floats, high: Floats) -> _Intervals:
     return _Intervals(row, np.full(row.shape, turn, dtype=np.int64), branch, low, high)
-
-
-def _grid(goals: _Goals, borders: Floats, angles: tuple[float, float]) -> Floats:
-    """Sampled angles a: evenly spaced angles and the borders of smoothness, sorted (N, 1, M)."""
-    low, high = goals.phi - angles[1], goals.phi - angles[0]
-    count = max(8, int(np.ceil(CELLS * (angles[1] - angles[0]) / np.pi)))
-    even = low + (high - low) * np.linspace(0.0, 1.0, count + 1)
-    return np.sort(np.concatenate([even, np.clip(borders, low, high)], axis=2), axis=2)
 
 
 def _borders(goals: _Goals) -> Floats:
@@ -219,16 +219,6 @@ def _lowest(measure: Callable[[Floats], Floats], low: Floats, high: Floats) -> F
         left, right = high - ratio * (high - low), low + ratio * (high - low)
         lower = measure(left) < measure(right)
         low, high = np.where(lower, low, left), np.where(lower, right, high)
-    return 0.5 * (low + high)
-
-
-def _root(goal: _Goals, cells: _Intervals) -> Floats:
-    below = _miss(goal, cells.low, cells.branch) < 0.0
-
-    def same_side(a: Floats) -> Bools:
-        return (_miss(goal, a, cells.branch) < 0.0) == below
-
-    low, high = bisect(same_side, cells.low, cells.high, BISECTIONS)
     return 0.5 * (low + high)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final, final
 
@@ -101,32 +100,6 @@ class Family:
         return Family(self.lift.with_samples(per_interval), self.base.with_samples(per_interval) if self.base else None)
 
 
-def rising_shapes(ramps: Sequence[float], tilts: Sequence[float]) -> list[tuple[float, ...]]:
-    """Return shapes that rise from zero within ``ramps`` intervals to a straight line that gains ``tilts`` in total."""
-    time = np.arange(INTERVALS + 1.0)
-    rows: list[tuple[float, ...]] = []
-    for ramp in ramps:
-        for tilt in tilts:
-            # A ramp of 0 starts at full height; the bound only avoids 0 / 0.
-            share = np.where(time < ramp, time / max(ramp, 1.0), 1.0)
-            rows.append(tuple(float(v) for v in share * (1.0 + tilt * (time / INTERVALS - 0.5))))
-    return rows
-
-
-def swing_family(
-    swings: Sequence[tuple[float, ...]], strengths: Sequence[float], bursts: Sequence[tuple[float, ...]]
-) -> Family:
-    """Return the family with each swing back at each strength as base, and each burst at the last borders as lift."""
-    base: list[Floats] = []
-    lift: list[Floats] = []
-    for swing in swings:
-        for strength in strengths:
-            for burst in bursts:
-                base.append(strength * np.array([*swing, swing[-1], swing[-1]]))
-                lift.append(np.array([*[0.0] * (INTERVALS + 1 - len(burst)), *burst]))
-    return Family(Shapes(np.array(lift)), Shapes(np.array(base)))
-
-
 HELD: Final = tuple((1.0,) * (INTERVALS - 1) + tail for tail in ((1.0, 0.75), (0.9, 0.7), (0.8, 0.5)))
 """Constant shapes that fall at the end, where the torque limit falls with the speed."""
 SWINGS: Final = (
@@ -140,5 +113,29 @@ SWINGS: Final = (
 Rounded from optima of the nonlinear programme for low releases with the paper's arm."""
 STRENGTHS: Final = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5)
 BURSTS: Final = ((1.0, 1.0), (1.0, 0.5), (0.5, 1.0), (0.2, 1.0), (0.0, 1.0), (0.5, 1.0, 0.9), (1.0, 1.0, 1.0, 1.0))
-RISES: Final = Family(Shapes(np.array([*rising_shapes((0.0, 1.0, 3.0), (-0.6, 0.0, 0.6, 1.2)), *HELD])))
-BACKSWINGS: Final = swing_family(SWINGS, STRENGTHS, BURSTS)
+RAMPS: Final = (0.0, 1.0, 3.0)
+"""Intervals in which a shape rises from zero to a straight line; a ramp of 0 starts at full height."""
+TILTS: Final = (-0.6, 0.0, 0.6, 1.2)
+"""Gains of these straight lines from the start to the end."""
+_TIMES: Final = np.arange(INTERVALS + 1.0)
+RISES: Final = Family(
+    Shapes(
+        np.array(
+            [
+                *(
+                    # The bound of the ramp only avoids 0 / 0.
+                    np.where(ramp > _TIMES, _TIMES / max(ramp, 1.0), 1.0) * (1.0 + tilt * (_TIMES / INTERVALS - 0.5))
+                    for ramp in RAMPS
+                    for tilt in TILTS
+                ),
+                *HELD,
+            ]
+        )
+    )
+)
+_BACKSWINGS: Final = [(swing, strength, burst) for swing in SWINGS for strength in STRENGTHS for burst in BURSTS]
+BACKSWINGS: Final = Family(
+    lift=Shapes(np.array([[*[0.0] * (INTERVALS + 1 - len(burst)), *burst] for _, _, burst in _BACKSWINGS])),
+    base=Shapes(np.array([strength * np.array([*swing, swing[-1], swing[-1]]) for swing, strength, _ in _BACKSWINGS])),
+)
+"""Each swing back at each strength as base, and each burst at the last borders as lift."""

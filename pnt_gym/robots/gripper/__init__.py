@@ -17,9 +17,8 @@ from pnt_gym.robots.gripper.indices import (
 )
 from pnt_gym.robots.gripper.jacobian import inverse_jacobian, jacobian, jacobian_q, jacobian_x
 from pnt_gym.robots.gripper.kinematics import closure_excess, forward_kinematics, inverse_kinematics
-from pnt_gym.robots.gripper.motion import travel_time
+from pnt_gym.robots.gripper.motion import MOTOR_SPEED, JointLimits, travel_time
 from pnt_gym.robots.gripper.pose import PoseError
-from pnt_gym.robots.gripper.profile import MOTOR_SPEED, JointLimits
 
 __all__ = [
     "MOTOR_SPEED",

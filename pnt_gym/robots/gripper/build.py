@@ -14,7 +14,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.errors import ConfigError
-from pnt_gym.robots.gripper.profile import MOTOR_SPEED
+from pnt_gym.robots.gripper.motion import MOTOR_SPEED
 
 _MASSES: Final = ("arm_mass", "rod_mass", "platform_mass", "half_mass", "finger_mass")
 

@@ -41,17 +41,30 @@ def check_pose(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, theta_lim
             first = int(bad.argmax())
             where = f" (row {piece.start + first})" if shape else ""
             row = rows[piece.start + first]
-            raise PoseError(f"pose {_text(row)}{where}: {_reason(row, dimensions)}")
+            x, y, z, angle = row[0], row[1], row[2], np.rad2deg(row[3])
+            raise PoseError(f"pose ({x:.4g}, {y:.4g}, {z:.4g} m, {angle:.4g} deg){where}: {_reason(row, dimensions)}")
 
 
 def _reason(pose: Floats, dims: Dimensions) -> str:
     components = columns(pose[None])
     arms = solve_arms(components, dims)
-    sentence = _reach(components, arms, dims) or _stroke(arms, dims)
-    if sentence:
+    if sentence := _reach(components, arms, dims):
         return sentence
+    low, high = dims.stroke
+    q = np.arctan2(arms.sin[:, 0], arms.cos[:, 0])
+    out = (q < low) | (q > high)
+    if out.any():
+        arm = int(out.argmax())
+        return (
+            f"arm {arm + 1} would stand at {np.rad2deg(q[arm]):.2f} deg; "
+            f"its stroke is {np.rad2deg(low):g} to {np.rad2deg(high):g} deg"
+        )
     if arms.closure.determinant()[0] <= 0.0:
-        return _singular(pose, dims)
+        sentence = "theta is at or past a singularity, where the motors lose hold of the platform"
+        angle = float(singular_angle(pose[:3], dims))
+        if pose[3] < angle or np.isnan(angle):
+            return sentence
+        return f"{sentence}; it must stay below {np.rad2deg(angle):.2f} deg at this position"
     low, high = np.rad2deg(dims.theta)
     return f"theta is {np.rad2deg(pose[3]):.2f} deg; it must lie in {low:g} to {high:g} deg"
 
@@ -71,29 +84,3 @@ def _reach(components: Floats, arms: Arms, dims: Dimensions) -> str:
         f"arm {arm + 1} is out of reach, {span:.4g} m from motor axis to platform joint in the arm's plane; "
         f"it spans {low:.4g} to {high:.4g} m there"
     )
-
-
-def _stroke(arms: Arms, dims: Dimensions) -> str:
-    low, high = dims.stroke
-    q = np.arctan2(arms.sin[:, 0], arms.cos[:, 0])
-    out = (q < low) | (q > high)
-    if not out.any():
-        return ""
-    arm = int(out.argmax())
-    return (
-        f"arm {arm + 1} would stand at {np.rad2deg(q[arm]):.2f} deg; "
-        f"its stroke is {np.rad2deg(low):g} to {np.rad2deg(high):g} deg"
-    )
-
-
-def _singular(pose: Floats, dims: Dimensions) -> str:
-    sentence = "theta is at or past a singularity, where the motors lose hold of the platform"
-    angle = float(singular_angle(pose[:3], dims))
-    if pose[3] < angle or np.isnan(angle):
-        return sentence
-    return f"{sentence}; it must stay below {np.rad2deg(angle):.2f} deg at this position"
-
-
-def _text(pose: Floats) -> str:
-    x, y, z, theta = pose
-    return f"({x:.4g}, {y:.4g}, {z:.4g} m, {np.rad2deg(theta):.4g} deg)"

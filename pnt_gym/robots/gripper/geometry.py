@@ -64,7 +64,21 @@ class Dimensions:
             object.__setattr__(self, name, _range(name, getattr(self, name), limit))
         for name in ("home_z", "home_theta"):
             object.__setattr__(self, name, _number(name, getattr(self, name)))
-        self._check_home()
+        if self.home_z >= 0.0:
+            raise ConfigError(f"gripper robot: home_z is {self.home_z:g} m; the platform hangs below the base, z < 0")
+        low, high = self.theta
+        if not low <= self.home_theta <= high:
+            raise ConfigError(
+                f"gripper robot: home_theta is {self.home_theta:.4g} rad; it must lie in {low:.4g} to {high:.4g}"
+            )
+        side = self.v + self.w * np.cos(self.home_theta)
+        drop = self.home_z + self.w * np.sin(self.home_theta)
+        for span in (np.hypot(self.u - self.k, self.home_z), np.hypot(side - self.k, drop)):
+            if not abs(self.l - self.r) < span < self.l + self.r:
+                raise ConfigError(
+                    f"gripper robot: an arm r = {self.r:g} m and a forearm l = {self.l:g} m cannot bridge the "
+                    f"{span:.4g} m from motor to platform at home"
+                )
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Self:
@@ -97,24 +111,6 @@ class Dimensions:
     def home(self) -> Floats:
         """The home pose (4,): x, y, z [m], theta [rad]."""
         return np.array([0.0, 0.0, self.home_z, self.home_theta])
-
-    def _check_home(self) -> None:
-        if self.home_z >= 0.0:
-            raise ConfigError(f"gripper robot: home_z is {self.home_z:g} m; the platform hangs below the base, z < 0")
-        low, high = self.theta
-        if not low <= self.home_theta <= high:
-            raise ConfigError(
-                f"gripper robot: home_theta is {self.home_theta:.4g} rad; it must lie in {low:.4g} to {high:.4g}"
-            )
-        side = self.v + self.w * np.cos(self.home_theta)
-        drop = self.home_z + self.w * np.sin(self.home_theta)
-        spans = (np.hypot(self.u - self.k, self.home_z), np.hypot(side - self.k, drop))
-        for span in spans:
-            if not abs(self.l - self.r) < span < self.l + self.r:
-                raise ConfigError(
-                    f"gripper robot: an arm r = {self.r:g} m and a forearm l = {self.l:g} m cannot bridge the "
-                    f"{span:.4g} m from motor to platform at home"
-                )
 
 
 def _number(name: str, value: object) -> float:

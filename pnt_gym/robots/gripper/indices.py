@@ -75,7 +75,12 @@ def folding_speed(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats
     tau lets the platform drift; a gripper that closes around an object must not. Arguments, NaN and errors as
     `conditioning`.
     """
-    return arms_at(pose, dimensions, _arms_folding)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return arms_at(
+            pose,
+            dimensions,
+            lambda arms: 1.0 / np.hypot(arms.closure.fold_2 / arms.drive[1], arms.closure.fold_4 / arms.drive[3]),
+        )
 
 
 def singularity(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, tolerance: float = 1e-9) -> Singularity:
@@ -133,11 +138,6 @@ def arms_tau(arms: Arms) -> Floats:
     c_1, c_2, c_3, c_4 = c_1 * drive[0], c_2 * drive[1], c_3 * drive[2], c_4 * drive[3]
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.abs(det) / np.sqrt(c_1 * c_1 + c_2 * c_2 + c_3 * c_3 + c_4 * c_4)
-
-
-def _arms_folding(arms: Arms) -> Floats:
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return 1.0 / np.hypot(arms.closure.fold_2 / arms.drive[1], arms.closure.fold_4 / arms.drive[3])
 
 
 def _singular_ratio(matrix: Floats) -> Floats:

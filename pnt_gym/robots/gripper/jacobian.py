@@ -45,7 +45,13 @@ def jacobian(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, branch: Arr
     Rows 1 to 3 are in m/rad, row 4 in rad/rad; infinite or NaN where J_x is singular. (..., 4, 4); arguments and
     errors as `jacobian_x`.
     """
-    return _matrices(pose, dimensions, branch, _forward)
+    unit = np.eye(N_ARMS)[:, :, None]
+    return _matrices(
+        pose,
+        dimensions,
+        branch,
+        lambda arms: np.stack([arms.closure.solve(load).T for load in arms.drive[:, None] * unit], axis=2),
+    )
 
 
 def inverse_jacobian(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, branch: ArrayLike = 1) -> Floats:
@@ -54,21 +60,11 @@ def inverse_jacobian(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, bra
     Columns 1 to 3 are in rad/m, column 4 in rad/rad; infinite or NaN where an arm is stretched or folded.
     (..., 4, 4); arguments and errors as `jacobian_x`.
     """
-    return _matrices(pose, dimensions, branch, _inverse)
+    return _matrices(pose, dimensions, branch, lambda arms: arms.closure.matrix() / arms.drive.T[:, :, None])
 
 
 def _matrices(pose: ArrayLike, dims: Dimensions, branch: ArrayLike, function: Callable[[Arms], Floats]) -> Floats:
-    matrices = arms_at(pose, dims, function, branch_signs(branch))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        matrices = arms_at(pose, dims, function, branch_signs(branch))
     matrices[np.isnan(matrices).any(axis=(-2, -1))] = np.nan
     return matrices
-
-
-def _forward(arms: Arms) -> Floats:
-    loads = arms.drive[:, None] * np.eye(N_ARMS)[:, :, None]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.stack([arms.closure.solve(loads[i]).T for i in range(N_ARMS)], axis=2)
-
-
-def _inverse(arms: Arms) -> Floats:
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return arms.closure.matrix() / arms.drive.T[:, :, None]

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Bools, Floats, numbers
 from pnt_gym.robots.gripper.closure import excess, forearms, joints, solve_joints
 from pnt_gym.robots.gripper.geometry import N_ARMS, PROTOTYPE, Dimensions
-from pnt_gym.robots.gripper.pose import PoseError, any_rows, columns, map_pieces, pose_rows
+from pnt_gym.robots.gripper.pose import PoseError, as_rows, columns, map_pieces, pose_rows
 
 ITERATIONS: Final = 60
 """Most Newton steps; poses within the strokes take 5 to 10, halved steps next to a singularity take more."""
@@ -74,7 +74,7 @@ def forward_kinematics(q: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, star
     Raises:
         PoseError: (a ValueError) a shape is wrong, an angle is infinite, or the start is not finite.
     """
-    shape, angles = any_rows(q, "q", N_ARMS)
+    shape, angles = as_rows(q, "q", N_ARMS)
     if np.isinf(angles).any():
         raise PoseError(f"q must hold angles in rad, got {angles[np.isinf(angles)][0]}")
     start_shape, start_rows = pose_rows(dimensions.home if start is None else start, "start")

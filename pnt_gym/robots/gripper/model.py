@@ -65,14 +65,22 @@ def add_gripper(spec: MjSpec, dimensions: Dimensions = PROTOTYPE, build: Build =
     """Add the robot to a model specification and return the names; positions agree with the kinematics."""
     dress_base(spec, dimensions)
     joints: list[str] = []
+    servo, r = build.servo, dimensions.r
+    across = build.arm_mass * r**2 / 12.0
     for arm in range(N_ARMS):
-        joints += _add_arm(spec, dimensions, build, arm)
+        azimuth = arm * np.pi / 2.0
+        pivot = (dimensions.k * np.cos(azimuth), dimensions.k * np.sin(azimuth), 0.0)
+        body = add_arm(spec, f"arm_{arm}", pivot, azimuth, servo.armature, servo.damping)
+        set_inertia(body, build.arm_mass, (r / 2.0, 0, 0), (_THIN * across, across, across))
+        dress_arm(body, dimensions)
+        dress_rod(add_rod(body, f"rod_{arm}", (r, 0, 0), dimensions.l, build.rod_mass, _ROD_RADIUS), dimensions)
+        joints += [f"arm_{arm}", f"rod_{arm}_swing", f"rod_{arm}_tilt"]
     joints += _add_platform(spec, dimensions, build)
     # Four loops and the gear; all must stay active.
     for arm in range(N_ARMS):
         join_sites(spec, f"loop_{arm}", f"rod_{arm}_end", f"attach_{arm}")
     join_angles(spec, "gear", "half_right", "half_left")
-    motors, servo = tuple(f"motor_{arm}" for arm in range(N_ARMS)), build.servo
+    motors = tuple(f"motor_{arm}" for arm in range(N_ARMS))
     for arm, motor in enumerate(motors):
         add_motor(spec, motor, f"arm_{arm}", servo.stall_torque, servo.kp, servo.kv)
     return Gripper4Handles(tuple(joints), motors)
@@ -93,18 +101,6 @@ def set_options(spec: MjSpec, timestep: float, density: float = 0.0, viscosity: 
     # Objects of this robot are slow, 2 mm a step at most: looking ahead for contacts would cost a tenth of the time.
     spec.option.enableflags = int(spec.option.enableflags) & ~int(mujoco.mjtEnableBit.mjENBL_SPECULATIVE.value)
     spec.option.disableflags = int(spec.option.disableflags) | int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP.value)
-
-
-def _add_arm(spec: MjSpec, dims: Dimensions, build: Build, arm: int) -> list[str]:
-    azimuth, servo = arm * np.pi / 2.0, build.servo
-    pivot = (dims.k * np.cos(azimuth), dims.k * np.sin(azimuth), 0.0)
-    body = add_arm(spec, f"arm_{arm}", pivot, azimuth, servo.armature, servo.damping)
-    across = build.arm_mass * dims.r**2 / 12.0
-    set_inertia(body, build.arm_mass, (dims.r / 2.0, 0, 0), (_THIN * across, across, across))
-    dress_arm(body, dims)
-    rod = add_rod(body, f"rod_{arm}", (dims.r, 0, 0), dims.l, build.rod_mass, _ROD_RADIUS)
-    dress_rod(rod, dims)
-    return [f"arm_{arm}", f"rod_{arm}_swing", f"rod_{arm}_tilt"]
 
 
 def _add_platform(spec: MjSpec, dims: Dimensions, build: Build) -> list[str]:

@@ -1,17 +1,43 @@
-"""Lower bound of the motors' time from pose to pose."""
+"""Limits of the motors, and the lower bound of their time from pose to pose."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, number
+from pnt_gym.errors import ConfigError
 from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
 from pnt_gym.robots.gripper.kinematics import inverse_kinematics
 from pnt_gym.robots.gripper.pose import CHUNK, pieces, pose_pairs
-from pnt_gym.robots.gripper.profile import MOTOR_SPEED, JointLimits
 
 _PARTS = 64
+MOTOR_SPEED: Final = 70.0 * 2.0 * np.pi / 60.0
+"""70 rpm, the largest speed of the prototype's motors [rad/s] (section VI-B)."""
+
+
+@final
+@dataclass(frozen=True)
+class JointLimits:
+    """Largest speed and acceleration of every motor.
+
+    Raises:
+        ConfigError: (a ValueError) a limit is not positive.
+    """
+
+    speed: float = MOTOR_SPEED
+    """Largest speed of every motor [rad/s]."""
+    acceleration: float = np.inf
+    """Largest acceleration of every motor [rad/s2]; not published, so unbounded by default."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < number(self.speed, "joint speed") < np.inf:
+            raise ConfigError(f"joint speed is {self.speed} rad/s; it must be positive and finite")
+        if not number(self.acceleration, "joint acceleration") > 0.0:
+            raise ConfigError(f"joint acceleration is {self.acceleration} rad/s2; it must be positive")
 
 
 def travel_time(

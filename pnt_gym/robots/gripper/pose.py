@@ -24,14 +24,14 @@ def pose_rows(pose: ArrayLike, name: str = "pose", width: int = 4) -> tuple[tupl
     Raises:
         PoseError: the last axis does not have the width, or a number is NaN or infinite.
     """
-    shape, rows = any_rows(pose, name, width)
+    shape, rows = as_rows(pose, name, width)
     bad = ~np.isfinite(rows)
     if bad.any():
         raise PoseError(f"{name} must be finite, got {rows[bad][0]} in {rows[bad.any(axis=1)][0].tolist()}")
     return shape, rows
 
 
-def any_rows(values: ArrayLike, name: str, width: int) -> tuple[tuple[int, ...], Floats]:
+def as_rows(values: ArrayLike, name: str, width: int) -> tuple[tuple[int, ...], Floats]:
     """Return the leading shape and the rows as ``pose_rows``; NaN and infinity pass."""
     array = numbers(values, name)
     if array.ndim == 0 or array.shape[-1] != width:

@@ -99,25 +99,18 @@ def motor_references(
     speed = _rate(q, step)
     acceleration = _rate(speed, step)
     hand = _rate(_rate(poses[..., :3], step), step)
-    torque = _arm_torque(q, speed, acceleration, dimensions, build)
-    torque += _platform_torque(poses, hand, build.moving_mass + np.asarray(payload, dtype=np.float64), dimensions)
-    return MotorReferences(q, speed, torque * np.asarray(share, dtype=np.float64))
-
-
-def _arm_torque(q: Floats, speed: Floats, acceleration: Floats, dims: Dimensions, build: Build) -> Floats:
-    """Torque that moves motor, arm and the upper half of the forearm [N m]."""
-    inertia = build.servo.armature + (build.arm_mass / 3.0 + build.rod_mass / 2.0) * dims.r**2
-    weight = (build.arm_mass + build.rod_mass) * GRAVITY * dims.r / 2.0
-    return inertia * acceleration + build.servo.damping * speed + weight * np.cos(q)
-
-
-def _platform_torque(pose: Floats, acceleration: Floats, mass: Floats, dims: Dimensions) -> Floats:
-    """Torque that holds and moves the platform [N m]: J_inv^T torque = force, with no force on the folding angle."""
-    force = np.zeros(pose.shape)
-    force[..., :3] = acceleration * mass[..., None]
+    # Motor, arm and the upper half of the forearm.
+    inertia = build.servo.armature + (build.arm_mass / 3.0 + build.rod_mass / 2.0) * dimensions.r**2
+    weight = (build.arm_mass + build.rod_mass) * GRAVITY * dimensions.r / 2.0
+    torque = inertia * acceleration + build.servo.damping * speed + weight * np.cos(q)
+    # The platform with its load: J_inv^T torque = force, with no force on the folding angle.
+    mass = build.moving_mass + np.asarray(payload, dtype=np.float64)
+    force = np.zeros(poses.shape)
+    force[..., :3] = hand * mass[..., None]
     force[..., 2] += mass * GRAVITY
-    transposed = np.swapaxes(inverse_jacobian(pose, dims), -1, -2)
-    return np.asarray(np.linalg.solve(transposed, force[..., None])[..., 0], dtype=np.float64)
+    transposed = np.swapaxes(inverse_jacobian(poses, dimensions), -1, -2)
+    torque += np.linalg.solve(transposed, force[..., None])[..., 0]
+    return MotorReferences(q, speed, torque * np.asarray(share, dtype=np.float64))
 
 
 def _rate(values: Floats, step: float) -> Floats:

@@ -12,7 +12,7 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm
@@ -70,15 +70,10 @@ def motor_references(motion: ArmMotion, load: Load, clock: Clock, arm: Arm, step
     acceleration = (during - before) / step
     # The load counts up to the release, which is in the middle of its step; 1e-9 s absorbs rounding.
     carried = begin[:, 1:] + 0.5 * step <= motion.duration[:, None] + 1e-9
-    torque = _torque(angle, before, acceleration, carried, load, arm)
-    return np.stack([angle, before, torque], axis=-1)
-
-
-def _torque(angle: Floats, speed: Floats, acceleration: Floats, carried: Bools, load: Load, arm: Arm) -> Floats:
-    """Inverse dynamics of arm and load (Eq. 21); the arm itself is balanced."""
     m, r, d = load.mass[:, None], load.radius[:, None], load.height[:, None]
-    # Parallel axes: the load's inertia about the pivot.
+    # Inverse dynamics of arm and load (Eq. 21); the arm itself is balanced. Parallel axes: the load about the pivot.
     inertia = load.inertia[:, None] + m * (r * r + d * d)
     weight = m * GRAVITY * (r * np.cos(angle) - d * np.sin(angle))
-    arm_torque = arm.inertia * acceleration + arm.friction * np.sign(speed)
-    return arm_torque + np.where(carried, inertia * acceleration + weight, 0.0)
+    arm_torque = arm.inertia * acceleration + arm.friction * np.sign(before)
+    torque = arm_torque + np.where(carried, inertia * acceleration + weight, 0.0)
+    return np.stack([angle, before, torque], axis=-1)

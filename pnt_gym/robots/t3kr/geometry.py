@@ -143,7 +143,7 @@ class T3krGeometry(BaseModel):
     z_max: Finite = 0.0
 
     @model_validator(mode="after")
-    def _links_close(self) -> Self:
+    def _check(self) -> Self:
         if self.z_min >= self.z_max:
             raise PlanningError(f"z_min = {self.z_min} m must be below z_max = {self.z_max} m")
         if self.arm_com > self.arm_length:

@@ -80,36 +80,32 @@ def add_t3kr(spec: MjSpec, geometry: T3krGeometry = T3KR, rods: Rods = "four") -
     if rods not in ("four", "eight"):
         raise ConfigError(f'rods must be "four" or "eight", got {rods!r}')
     dress_base(spec, geometry)
-    joints: list[str] = []
-    for arm in range(N_ARMS):
-        joints += _add_arm(spec, geometry, arm, rods)
+    single, joints, loops = rods == "eight", list[str](), list[str]()
+    inertia = (_ARM_TWIST_INERTIA, geometry.arm_inertia, geometry.arm_inertia)
+    mass = geometry.rod_mass * (1.0 if single else 2.0)
+    for arm, (pivot, azimuth) in enumerate(zip(geometry.arms.pivot, geometry.arms.azimuth, strict=True)):
+        joints.append(f"arm_{arm}")
+        body = add_arm(spec, joints[-1], pivot, float(azimuth), geometry.armature)
+        set_inertia(body, geometry.arm_mass, (geometry.arm_com, 0, 0), inertia)
+        dress_arm(body, geometry, axle=single)
+        for name, side in _rods(geometry, arm, rods).items():
+            rod = add_rod(body, name, (geometry.arm_length, side, 0), geometry.rod_length, mass, _ROD_RADIUS)
+            dress_rod(rod, geometry, single)
+            joints += [f"{name}_swing", f"{name}_tilt"]
     joints += _add_platform(spec, geometry, rods)
-    loops = _close_loops(spec, geometry, rods)
+    for rod in (name for arm in range(N_ARMS) for name in _rods(geometry, arm, rods)):
+        loops.append(f"loop_{rod.removeprefix('rod_')}")
+        join_sites(spec, loops[-1], f"{rod}_end", f"{rod}_attach")
     arms, motors = (tuple(f"{part}_{arm}" for arm in range(N_ARMS)) for part in ("arm", "motor"))
     for motor, arm in zip(motors, arms, strict=True):
         add_motor(spec, motor, arm, geometry.torque_limit, geometry.kp, geometry.kv)
-    return T3krHandles(rods, geometry, tuple(joints), arms, motors, loops)
+    return T3krHandles(rods, geometry, tuple(joints), arms, motors, tuple(loops))
 
 
 def _rods(geometry: T3krGeometry, arm: int, rods: Rods) -> dict[str, float]:
     """Names of an arm's rods, with each rod's offset along the motor axis from the elbow's middle [m]."""
     half = geometry.rod_spacing / 2
     return {f"rod_{arm}": 0.0} if rods == "four" else {f"rod_{arm}_left": half, f"rod_{arm}_right": -half}
-
-
-def _add_arm(spec: MjSpec, geometry: T3krGeometry, arm: int, rods: Rods) -> list[str]:
-    frames, joints = geometry.arms, [f"arm_{arm}"]
-    body = add_arm(spec, joints[0], frames.pivot[arm], float(frames.azimuth[arm]), geometry.armature)
-    inertia = (_ARM_TWIST_INERTIA, geometry.arm_inertia, geometry.arm_inertia)
-    set_inertia(body, geometry.arm_mass, (geometry.arm_com, 0, 0), inertia)
-    single = rods == "eight"
-    dress_arm(body, geometry, axle=single)
-    mass = geometry.rod_mass * (1.0 if single else 2.0)
-    for name, side in _rods(geometry, arm, rods).items():
-        rod = add_rod(body, name, (geometry.arm_length, side, 0), geometry.rod_length, mass, _ROD_RADIUS)
-        dress_rod(rod, geometry, single)
-        joints += [f"{name}_swing", f"{name}_tilt"]
-    return joints
 
 
 def _add_platform(spec: MjSpec, geometry: T3krGeometry, rods: Rods) -> list[str]:
@@ -125,14 +121,6 @@ def _add_platform(spec: MjSpec, geometry: T3krGeometry, rods: Rods) -> list[str]
             add_site(body, f"{name}_attach", frames.attach[arm] + side * frames.motor_axis[arm])
     dress_platform(body, geometry, axles=rods == "eight")
     return joints
-
-
-def _close_loops(spec: MjSpec, geometry: T3krGeometry, rods: Rods) -> tuple[str, ...]:
-    names: list[str] = []
-    for rod in (name for arm in range(N_ARMS) for name in _rods(geometry, arm, rods)):
-        names.append(f"loop_{rod.removeprefix('rod_')}")
-        join_sites(spec, names[-1], f"{rod}_end", f"{rod}_attach")
-    return tuple(names)
 
 
 def qpos_columns(model: MjModel, handles: T3krHandles) -> Ints:
