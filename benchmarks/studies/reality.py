@@ -8,14 +8,15 @@ higher after its impact than the bound that ends a simulated fall.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from itertools import pairwise, product
 from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
 
+from agents.ground import metrics
 from agents.ground.cli import UsageError
-from agents.ground.metrics import Interval, mean_interval
 from agents.results.content import read_arrays
 from agents.results.study import Amount, Figures, Settings, share
 from pnt_gym.arrays import Bools, Floats
@@ -202,8 +203,7 @@ def _contact(settings: Settings) -> tuple[float, float] | None:
 
 def _interval(values: Floats) -> Figures:
     """A mean with its interval, as a figure of a row."""
-    interval: Interval = mean_interval(values)
-    return {"value": interval.value, "low": interval.low, "high": interval.high}
+    return asdict(metrics.interval(values))
 
 
 # The square
