@@ -21,15 +21,18 @@ from pnt_gym.arrays import Floats
 JUDGED: Final = "judged"
 """Name of the level on which controllers are judged, in full physics."""
 LEARNED: Final = "learned"
-"""Name of the level on which they learn, in flights."""
+"""Name of the level on which they learn."""
+FLIGHTS: Final = {"fidelity": "flight"}
+"""Change of the level on which they learn, where the study says nothing else."""
 KEPT: Final = ("landing_error_mean_m", "success_rate", "sorted_per_min", "learn_seconds")
 
 
 def curve(settings: Settings, amount: Amount) -> list[Figures]:
-    """What a controller is worth in full physics after each number of throws, of which it learned in flights.
+    """What a controller is worth in full physics after each number of throws of which it learned.
 
     Args:
-        settings: `level`; `seed` of the learning; and the keys of a benchmark's entry: `controller`, `throws`, ...
+        settings: `env` and `level`; `practice`, the change of the level for learning, `FLIGHTS` by default; `seed` of
+            the learning; and the keys of a benchmark's entry: `controller`, `throws`, ...
         amount: held-out throws.
     """
     table = _assemble(settings, [_entry(settings, "learner")], amount)["table"]
@@ -58,7 +61,7 @@ def gain(settings: Settings, amount: Amount) -> Figures:
 
 def _entry(settings: Settings, label: str) -> dict[str, Any]:
     """The entry of a benchmark's plan that the settings describe."""
-    own = {"env", "level", "seed", "seeds"}
+    own = {"env", "level", "practice", "seed", "seeds"}
     return {"label": label, "levels": [JUDGED], **{name: value for name, value in settings.items() if name not in own}}
 
 
@@ -71,7 +74,7 @@ def _assemble(settings: Settings, entries: list[dict[str, Any]], amount: Amount,
             "env": settings["env"],
             "train_level": LEARNED,
             "levels": [JUDGED],
-            "inline": {JUDGED: level, LEARNED: {**level, "fidelity": "flight"}},
+            "inline": {JUDGED: level, LEARNED: {**level, **settings.get("practice", FLIGHTS)}},
             "picks": amount.throws,
             "seed": amount.seed,
             "seeds": settings.get("seeds") or [settings.get("seed", 0)],
