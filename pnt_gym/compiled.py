@@ -46,6 +46,13 @@ def empty_rows(shape: Any, dtype: Any) -> Any:
     return np.empty(shape, dtype)
 
 
+if not isinstance(empty_rows, _DISPATCHER):  # under NUMBA_DISABLE_JIT
+
+    def empty_rows(shape: Any, dtype: Any) -> Any:
+        """Rows of a type whose values are arbitrary, with fields that Python reads as attributes."""
+        return np.empty(shape, dtype).view(np.recarray)
+
+
 def kernel(function: FunctionT) -> FunctionT:
     """Compile a function for the types of its annotations, when its module is imported, and keep the machine code.
 
@@ -61,7 +68,7 @@ def kernel(function: FunctionT) -> FunctionT:
         compiled = _NJIT(function)
         if not isinstance(compiled, _DISPATCHER):  # under NUMBA_DISABLE_JIT
             # Machine code never warns of a sum that wraps around or of a division by zero.
-            return np.errstate(all="ignore")(compiled)
+            return np.errstate(all="ignore")(_with_attributes(compiled))
         compiled.enable_caching()
         # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
         kept = compiled._cache._cache_file
@@ -74,6 +81,15 @@ def kernel(function: FunctionT) -> FunctionT:
     except Exception:  # any error of the cache folder; an error of the code is raised again below
         _warn()
         return _NJIT(signature)(function)
+
+
+def _with_attributes(function: Callable[..., Any]) -> Any:
+    """The function in Python, for rows whose fields Python reads as attributes, as machine code does."""
+
+    def call(*arguments: Any) -> Any:
+        return function(*[a.view(np.recarray) if getattr(a, "dtype", np.dtype(float)).names else a for a in arguments])
+
+    return call
 
 
 def _numba_type(hint: Any) -> Any:
