@@ -49,12 +49,12 @@ class Flight:
     @cached_property
     def time(self) -> Floats:
         """Time of each sample on the motion's clock (N, M) [s]; 0 is the beginning of the motion."""
-        return self.clock.start[:, None] + self.step * (1.0 + np.arange(self.pose.shape[1]))
+        return self.clock.start[:, None] + self.step * (1.0 + np.arange(int(self.pose.shape[1]), dtype=np.int64))
 
     @cached_property
     def after_release(self) -> Bools:
         """Samples after the release that count (N, M)."""
-        samples = np.arange(self.pose.shape[1])
+        samples = np.arange(int(self.pose.shape[1]), dtype=np.int64)
         return (samples >= self.clock.release_step[:, None]) & (samples <= self.last_step[:, None])
 
     @cached_property
