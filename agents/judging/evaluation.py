@@ -38,7 +38,7 @@ def evaluate(
     progress: Callable[[str, int], object] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
-    """Evaluate a policy on held-out objects; return the figures and throws that `agents.evaluate --json` writes.
+    """Evaluate a policy on held-out objects; return figures by name, and `throws`, a mapping for each throw.
 
     A policy may be a function:
 
@@ -61,9 +61,6 @@ def evaluate(
         trust: run the code in an RL-Zoo folder or a model.zip that `policy` names.
         progress: called after each batch with "practice" or "evaluation" and the number of throws or shifts.
         options: level, action_mode, num_envs and threads for an id, see `make_vector`.
-
-    Returns:
-        Figures by name, and `throws`, a mapping for each throw.
 
     Raises:
         UsageError: there is no such policy or environment, the two do not fit, or no throws are asked for.

@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
+from benchmarks.studies.legs import Leg, add_leg, add_rest, hermite, join, keep_inside, set_guess, solve
 from papers.choe.planning.casadi_module import load_casadi
 from pnt_gym.arrays import Floats, Point, vector
 from pnt_gym.constants import GRAVITY
@@ -20,8 +21,6 @@ from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.straight.frame import Frame
-
-from .legs import Leg, add_leg, add_rest, hermite, join, keep_inside, set_guess, solve
 
 ROUNDING: Final = 1e-9
 """Excess of a height over a bound that counts as rounding [m]."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from agents.ground import metrics
 from agents.ground.cli import UsageError
-from agents.results.content import read_arrays
+from agents.results import content
 from agents.results.study import Amount, Figures, Settings, share
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.items import contact_solref
@@ -75,8 +75,8 @@ def read_tosses(folder: str) -> list[Floats]:
         UsageError: the folder holds no such file.
     """
     file = Path(folder) / "contactnets_cube_tosses.npz"
-    arrays = read_arrays(file, "state|offset")
-    state, offset = (arrays.get(name, np.zeros(0)) for name in ("state", "offset"))
+    found = content.arrays(file, "state|offset")
+    state, offset = (found.get(name, np.zeros(0)) for name in ("state", "offset"))
     is_table = state.ndim == 2 and state.shape[1] == 13 and bool(np.isfinite(state).all())
     ends = np.append(offset, 0)[: offset.size]
     if not (is_table and offset.ndim == 1 and offset.size > FITTED + 1 and (np.diff(ends) > AROUND).all()):
@@ -96,7 +96,7 @@ def read_drops(folder: str) -> Floats:
         UsageError: the folder holds no such file.
     """
     file = Path(folder) / "planar_square_drops.npz"
-    state = read_arrays(file, "state").get("state", np.zeros(0))
+    state = content.arrays(file, "state").get("state", np.zeros(0))
     if not (state.ndim == 3 and state.shape[2] == 6 and len(state) > FITTED and state.shape[1] > AROUND):
         raise UsageError(f"{str(file)!r} is no file of drops: `state` (N, K, 6) of more than {FITTED} drops is needed")
     if not np.isfinite(state).all():
