@@ -65,7 +65,7 @@ class Body(NamedTuple):
 CUBE: Final = Body(half=0.0524, mass=0.37, inertia=0.81e-3, frame=1.0 / 148.0, substeps=7)
 """The acrylic cube of ContactNets (Pfrommer, Halm and Posa 2020)."""
 SQUARE: Final = Body(half=0.030, mass=0.1, inertia=0.1 * 0.060**2 / 6.0, frame=1.0 / 250.0, substeps=4)
-"""The square of Bauza and Rodriguez 2017; mass assumed, inertia that of a solid square."""
+"""The square of the MCube Lab's planar impacts (CoRL 2017); mass assumed, inertia that of a solid square."""
 
 
 def read_tosses(folder: str) -> list[Floats]:
