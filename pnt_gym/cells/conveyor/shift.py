@@ -223,10 +223,10 @@ def apply_cell(context: Context, cell: HiddenCell, config: ConveyorConfig) -> Co
         pick_chance=np.clip(objects.pick_chance + cell.seal, 0.0, 1.0),
     )  # fmt: skip
     place = objects.grasp + context.unseen
-    later = release_delay(changed, suction) - release_delay(objects, suction)
+    before, after = (release_delay(o.seal, o.mass, o.valve, o.tau, suction) for o in (objects, changed))
     spin = objects.spin + (lip_spin(changed, place, config) - lip_spin(objects, place, config))
     return context.replace(
-        objects=changed.replace(delay=np.maximum(objects.delay + m * later, 0.0), spin=spin), cell=cell
+        objects=changed.replace(delay=np.maximum(objects.delay + m * (after - before), 0.0), spin=spin), cell=cell
     )
 
 

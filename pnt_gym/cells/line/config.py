@@ -28,7 +28,9 @@ MOST_OBJECTS: Final = 400_000
 """Objects that are drawn for a shift at most: four hours of 20 a second are 300,000, some 250 MB."""
 MADE_TABLES: Final = Path("runs") / "chances"
 """Folder of the tables that commands make, in the working folder."""
-_UNCONCERNED: Final = {"name", "mix", "fidelity", "dispatch", "patience", "picks_per_shift", "reward", "timestep", "cells"}
+_UNCONCERNED: Final = {
+    "name", "mix", "fidelity", "dispatch", "patience", "picks_per_shift", "reward", "timestep", "cells",
+}  # fmt: skip
 """Fields of a cell on which a line's table of throws does not depend."""
 _GHOSTS: Final = {"belt": {"neighbours": "ghosts"}}
 """Neighbours on a line, where carried objects pass over the objects on the belt."""
