@@ -195,6 +195,22 @@ def reality(results: Results) -> Values:
     }
 
 
+def cells(results: Results) -> Values:
+    """The paces of the shipped policy, and of a learner in each cell, over the values of assumed numbers."""
+    paces = controller_paces(_read(results, "assumed", STUDY)["rows"])
+    shipped, learned = (_case(paces, name) for name in ("waste-sac", "MLP"))
+    worst = min(shipped, key=lambda number: shipped[number])
+    return {"shipped": shipped, "learned": learned, "worst": worst, "usual": _case(shipped, "as assumed")}
+
+
+def controller_paces(rows: Sequence[Data]) -> dict[str, dict[str, float]]:
+    """Mean pace over seeds by controller, and by the number of the cell that is another."""
+    paces: dict[str, dict[str, list[float]]] = {}
+    for row in rows:
+        paces.setdefault(str(row.get("controller")), {}).setdefault(str(row.get("number")), []).append(_pace(row))
+    return {name: {number: float(np.mean(pace)) for number, pace in of.items()} for name, of in paces.items()}
+
+
 def sorter(results: Results) -> Values:
     """The shipped policy in the cell of boxes: where nothing fails, with each effect, and with all of them."""
     data = _read(results, "judged", STUDY)

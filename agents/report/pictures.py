@@ -11,7 +11,7 @@ from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg, tile
 from ..reproduce.record import AGREES
 from ..results.study import shipped_study
 from . import headline
-from .answers import LOSSES, verdict_counts
+from .answers import LOSSES, controller_paces, verdict_counts
 from .figures import over_the_shift
 from .tables import first_level, name_of
 
@@ -53,6 +53,14 @@ def reality(results: Results) -> Figure:
         bounds.plot(restitutions, above, "o-", color=colour, label=body)
     dress(bounds, "restitution of the bound", "rises above it [%]", "first impacts", legend="best", ylim=(0.0, 100.0))
     return figure
+
+
+def cells(results: Results) -> Figure:
+    """Sorted objects per minute of each controller where one number of the cell is another."""
+    paces = controller_paces(results["assumed"]["rows"])
+    numbers = list(dict.fromkeys(number for pace in paces.values() for number in pace))
+    pace = {name: [of[number] for number in numbers] for name, of in paces.items()}
+    return _side_by_side(numbers, pace, "sorted per minute")
 
 
 def drift(results: Results) -> Figure:
