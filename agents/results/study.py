@@ -254,6 +254,7 @@ class StudyFile(BaseModel):
     seed: Annotated[int, Field(ge=0)]
     throws: Count
     digest: Annotated[str, Field(max_length=100)] = ""
+    world: Annotated[int, Field(ge=1)] = 1
     rows: list[dict[str, Any]]
 
 
