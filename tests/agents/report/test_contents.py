@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -65,12 +65,12 @@ def test_a_submission_of_another_world_is_not_compared(tmp_path: Path, monkeypat
         (tmp_path / file).write_text("{}")
     benchmark = {"plan": {"levels": [], "picks": 1, "env": "E"}, "table": [], "versions": {"world": "2"}}
     monkeypatch.setattr(contents, "read", lambda _: benchmark)
-    monkeypatch.setattr(compare, "read", lambda path: Content(None, {**benchmark, "versions": {}}, path))
+    monkeypatch.setattr(compare, "read", lambda path: Content(cast("Any", None), {**benchmark, "versions": {}}, path))
     with pytest.raises(
         UsageError, match="in world 1, and the benchmark in world 2; results of different worlds are not"
     ):
         submissions.grid(tmp_path)
-    monkeypatch.setattr(compare, "read", lambda path: Content(None, benchmark, path))
+    monkeypatch.setattr(compare, "read", lambda path: Content(cast("Any", None), benchmark, path))
     assert submissions.grid(tmp_path).rows == []
 
 
