@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import re
 import subprocess
 from collections.abc import Iterable, Mapping
 from functools import cache
@@ -13,7 +14,9 @@ from pathlib import Path
 from typing import Any, Final, final
 
 from pnt_gym.constants import WORLD
+from pnt_gym.errors import one_sentence
 
+from .cli import UsageError
 from .places import CHECKOUT, CODE, SHIPPED, code_pattern, module_name
 
 PACKAGES = (
@@ -46,9 +49,14 @@ def world_of(head: Mapping[str, Any]) -> int:
     """World in which a result was measured, by the head of its file; files of earlier versions do not name it.
 
     Raises:
-        ValueError: the world is no number.
+        UsageError: the world is no whole number.
     """
-    return int(head.get("world", head.get("versions", {}).get("world", 1)))
+    world = str(head.get("world", head.get("versions", {}).get("world", 1)))
+    if not re.fullmatch(r"[1-9]\d{0,5}", world):
+        raise UsageError(
+            f"a file of results is of world {one_sentence(repr(world), 40)}; worlds are whole numbers from 1 on"
+        )
+    return int(world)
 
 
 def git_state() -> str | None:

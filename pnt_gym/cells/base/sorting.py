@@ -160,13 +160,15 @@ class Spread(Section):
     restitution: NonNegative = Field(
         default=0.35,
         le=1,
-        description="Lognormal spread of the restitution of contacts, drawn for each throw and at most 1, for the "
-        "conveyor only; 0.34 fits single drops of one and the same square (`DAIRLab/ImpactModeling`).",
+        description="Lognormal spread of the restitution of contacts, drawn for each throw, which is at most 1; the "
+        "spread scales with the mismatch, for the conveyor only. 0.34 fits single drops of one and the same square "
+        "(data of `DAIRLab/ImpactModeling`).",
     )
     friction: NonNegative = Field(
         default=0.3,
         le=1,
-        description="Lognormal spread of the friction of contacts, drawn for each throw, for the conveyor only.",
+        description="Lognormal spread of the friction of contacts, drawn for each throw; the spread scales with the "
+        "mismatch, for the conveyor only.",
     )
     blow_off: NonNegative = Field(
         default=0.0,

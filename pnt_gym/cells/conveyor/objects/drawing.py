@@ -84,7 +84,8 @@ class ObjectMaker:
         )
         self._scales = np.array([spread.mass, spread.seal, spread.drag, noise.mass, noise.seal])
         """Spreads of the logarithms of mass, seal, drag and of their measurements."""
-        self._side_scales = np.array([spread.restitution, spread.friction, spread.blow_off, spread.residue])
+        hidden = config.mismatch * np.array([spread.restitution, spread.friction])
+        self._side_scales = np.array([*hidden, spread.blow_off, spread.residue])
         """Spreads of the logarithms of restitution, friction, the speed of blown air and the residue."""
 
     def make(self, normals: Floats, uniforms: Floats, side_draws: SideDraws) -> Objects:

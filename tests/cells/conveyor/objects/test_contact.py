@@ -55,6 +55,16 @@ def test_factors_are_lognormal_about_the_catalogue_and_independent():
     assert np.abs(np.corrcoef(logs) - np.eye(3)).max() < 0.06
 
 
+def test_in_the_planners_own_world_contacts_are_the_catalogues():
+    config = vary("waste", mismatch=0.0)
+    table, o = (
+        item_arrays(config.item_list()),
+        PickPlanner(config).draw([np.random.default_rng(0)], np.zeros(1, int), 50),
+    )
+    assert same_bits(o.restitution, table.restitution[o.kind])
+    assert same_bits(o.friction, table.friction[o.kind])
+
+
 def test_a_restitution_is_at_most_one():
     _, o = drawn({"restitution": 1.0})
     assert (o.restitution == 1.0).mean() > 0.05

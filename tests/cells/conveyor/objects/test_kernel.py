@@ -61,7 +61,7 @@ def values(config, table, z, u, side):
     axes = spread.size_axis * z[..., 2:5]
     axes[..., 1] = np.where(table.shape[kind] == CYLINDER, axes[..., 2], axes[..., 1])
     size = table.size[kind] * np.exp(spread.size * z[..., 1:2] + axes)
-    side_scales = np.array([spread.restitution, spread.friction, spread.blow_off, spread.residue])
+    side_scales = np.array([m * spread.restitution, m * spread.friction, spread.blow_off, spread.residue])
     factors = np.exp(side_scales * side.spread - [0.0, 0.0, 0.0, spread.residue**2 / 2.0])
     residue = table.residue[kind] * factors[..., 3]
     mass = table.mass[kind] * np.exp(spread.mass * z[..., 0]) * (1.0 + residue)
