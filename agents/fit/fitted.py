@@ -19,7 +19,7 @@ from ..judging.log import ThrowLog
 from . import density, misfit
 from .density import finite_numbers
 from .misfit import LEVEL, TESTS, Finding
-from .parameters import Parameter
+from .parameters import Parameter, level_at, with_seals
 from .posterior import Posterior, SealChance, posterior
 
 
@@ -110,7 +110,8 @@ class Fitted:
     @property
     def level(self) -> ConveyorConfig:
         """The level with the fitted values."""
-        return self.posterior.level
+        level = level_at(self.config, self.posterior.values)
+        return with_seals(level, {seal.item: seal.mean for seal in self.seals})
 
     @property
     def fits(self) -> bool:

@@ -131,18 +131,24 @@ def _sizes(log: ThrowLog, config: ConveyorConfig, table: ItemTable, z: Draws) ->
     return size
 
 
+def residue_shares(config: ConveyorConfig, table: ItemTable, kind: Ints) -> tuple[Floats, Floats]:
+    """Residues in masses of the item (R,), and how often objects of kinds (N,) hold each (N, R)."""
+    spread = config.spread
+    grid: Floats = np.concatenate([[0.0], spread.residue * (np.arange(RESIDUES) + 0.5) / RESIDUES])
+    held = (spread.residue_chance * table.container[kind])[:, None]
+    shares: Floats = np.full((len(kind), len(grid)), held / RESIDUES)
+    shares[:, :1] = 1.0 - held
+    return grid, shares
+
+
 def _masses(log: ThrowLog, config: ConveyorConfig, table: ItemTable, z: Draws) -> tuple[Floats, Floats]:
     """Masses (M,) [kg] and residues in masses of the item (M,), given the measured masses."""
     spread, noise, kind = config.spread, config.noise.mass, log.kind
-    grid = np.concatenate([[0.0], spread.residue * (np.arange(RESIDUES) + 0.5) / RESIDUES])
-    prior = np.full(len(grid), spread.residue_chance / RESIDUES)
-    prior[0] = 1.0 - spread.residue_chance
+    grid, shares = residue_shares(config, table, kind)
     empty = np.log(table.mass[kind])
     reading = np.log(log.mass)
     miss = np.nan_to_num(reading[:, None] - empty[:, None] - np.log1p(grid))
-    chance = prior * np.exp(-0.5 * miss**2 / max(spread.mass**2 + noise**2, 1e-12) * np.isfinite(reading)[:, None])
-    chance[~table.container[kind], 1:] = 0.0
-    chance[~table.container[kind], 0] = 1.0
+    chance = shares * np.exp(-0.5 * miss**2 / max(spread.mass**2 + noise**2, 1e-12) * np.isfinite(reading)[:, None])
     cumulated = np.cumsum(chance, axis=1)
     index = (cumulated < norm.cdf(z["residue"])[:, None] * cumulated[:, -1:]).sum(axis=1)
     residue = grid[np.minimum(index, RESIDUES)]
