@@ -47,7 +47,7 @@ class Finding:
     text: str
     """What the cell may have that the model has not, with all causes that act alike on this log."""
     is_told: bool = True
-    """Whether the text tells more than those of other tests; if not, a cause that they name explains the alarm."""
+    """Whether the text tells more than those of other tests; if not, causes that they name explain the alarm."""
 
     @property
     def alarms(self) -> bool:
@@ -101,6 +101,11 @@ class Suspect:
     def chance(self) -> float:
         """Probability of so large a score where the model is right, corrected for the effects that were tried."""
         return min(float(chi2.sf(self.square, len(self.size))) * self.tried, 1.0)
+
+    @property
+    def alarms(self) -> bool:
+        """Whether so large a score speaks against the model."""
+        return self.chance < LEVEL / len(TESTS)
 
     @property
     def evidence(self) -> float:
@@ -190,21 +195,26 @@ def _lean(found: Sequence[Effect], columns: Sequence[Floats], residuals: Residua
         test: min((s for s in now if s.effect.test == test), key=lambda s: s.chance) for test in dict.fromkeys(tests)
     }
     findings = {test: Finding(test, s.chance, f"landings lean as with {s.text}") for test, s in best.items()}
-    silent = {test for test, finding in findings.items() if finding.alarms}
-    while leaders := [s for s in now if s.effect.test in silent and s.chance < LEVEL / len(TESTS)]:
+    silent, told = {test for test, finding in findings.items() if finding.alarms}, set[str]()
+    while leaders := [s for s in now if s.effect.test in silent and s.alarms]:
         leader = max(leaders, key=lambda s: s.evidence)
-        near = [s for s in now if s.evidence > leader.evidence - ALIKE and s.chance < LEVEL]
-        alike = sorted(near, key=lambda s: -s.evidence)
-        texts = [leader.text, *(s.text for s in alike if s is not leader)]
+        residuals = residuals.given(leader.column)
+        then = suspects(residuals)
+        # Alike is what explains the landings about as well, and nothing more beside the leader.
+        alike = [
+            before
+            for before, after in zip(now, then, strict=True)
+            if before.evidence > leader.evidence - ALIKE and before.chance < LEVEL and not after.alarms
+        ]
+        ranked = sorted((s for s in alike if s is not leader), key=lambda s: -s.evidence)
+        texts = [leader.text, *(s.text for s in ranked)]
         ending = "; these act alike on this log" if len(texts) > 1 else ""
         name = leader.effect.test
         findings[name] = replace(findings[name], text=f"landings lean as with {', or with '.join(texts)}{ending}")
+        told.add(name)
         silent -= {name, *(s.effect.test for s in alike)}
-        explained = {s.effect.test for s in alike} - {name}
-        findings |= {test: replace(findings[test], is_told=False) for test in explained}
-        residuals = residuals.given(leader.column)
-        now = suspects(residuals)
-    return findings | {test: replace(findings[test], is_told=False) for test in silent}
+        now = then
+    return {test: replace(finding, is_told=test in told) for test, finding in findings.items()}
 
 
 def _raised(density: Density, mode: Mode) -> Finding | None:
