@@ -160,7 +160,7 @@ def find(density: Density, mode: Mode) -> list[Finding]:
     factor, chance = scatter(mode)
     found = effects(density, mode)
     columns = [_whiten(effect.change, mode, density.has_landing) for effect in found]
-    findings = _lean(found, columns, Residuals.of(mode))
+    findings = name_causes(found, columns, Residuals.of(mode))
     if (raised := _raised(density, mode)) is not None:
         findings["blow_off"] = raised
     findings["readings"] = _read(density)
@@ -176,7 +176,7 @@ def _whiten(change: Floats, mode: Mode, landed: Bools) -> Floats:
     return (white * np.sqrt(mode.regular)[:, None, None]).reshape(-1, change.shape[2])
 
 
-def _lean(found: Sequence[Effect], columns: Sequence[Floats], residuals: Residuals) -> dict[str, Finding]:
+def name_causes(found: Sequence[Effect], columns: Sequence[Floats], residuals: Residuals) -> dict[str, Finding]:
     """Results of the tests of effects, by name.
 
     The likeliest cause is named together with all that explain the landings about as well. A further one is named where

@@ -19,7 +19,8 @@ from tests.tools.fitting import QUIET, WASTE, level, throw, usual_log
 OFF = {"bias": {"camera": [0.004, -0.006], "encoder": 0.006, "drag": 0.1, "delay": 0.001}}
 
 
-@pytest.mark.parametrize("changes", [{}, OFF, {"mismatch": 0.6, **OFF}, {"cup": {"stiffness": None, "peel": False}}])
+@pytest.mark.parametrize("changes", [{}, OFF, {"mismatch": 0.6, **OFF}, {"cup": {"stiffness": None, "peel": False}},
+                                     {"cup": {"blow_off": 0.25}}])  # fmt: skip
 def test_where_nothing_is_hidden_predictions_are_the_simulated_landings(changes: dict[str, object]) -> None:
     config = level(**{**QUIET, **changes, "spread": {**QUIET["spread"], "spin": 0.0}})
     log, record = throw(config, 24)
@@ -31,7 +32,8 @@ def test_where_nothing_is_hidden_predictions_are_the_simulated_landings(changes:
 
 def test_quick_landings_change_from_cell_to_cell_as_landings_do() -> None:
     model = ThrowModel(usual_log(), WASTE, 2)
-    configs = [level_at(WASTE, values) for values in ({}, {"valve": 0.007}, {"tau": 0.013}, {"stiffness": 2.0})]
+    configs = [level_at(WASTE, values) for values in ({}, {"valve": 0.007}, {"tau": 0.013}, {"stiffness": 2.0},
+                                                    {"blow_off": 0.2})]  # fmt: skip
     quick = model.quick_landings(configs)
     slow = np.stack([model.landings(config) for config in configs])
     rows = usual_log().has_landing
