@@ -131,12 +131,17 @@ def _sizes(log: ThrowLog, config: ConveyorConfig, table: ItemTable, z: Draws) ->
     return size
 
 
+def residues(config: ConveyorConfig, table: ItemTable, kind: Ints) -> Floats:
+    """Equally likely residues of objects of kinds (N,) in masses of the item (N, RESIDUES); zeros of an empty kind."""
+    spread = config.spread.residue
+    levels = norm.ppf((np.arange(RESIDUES) + 0.5) / RESIDUES)
+    return table.residue[kind][:, None] * np.exp(spread * levels - spread**2 / 2.0)
+
+
 def _masses(log: ThrowLog, config: ConveyorConfig, table: ItemTable, z: Draws) -> tuple[Floats, Floats]:
     """Masses (M,) [kg] and residues in masses of the item (M,), given the measured masses."""
     spread, noise, kind = config.spread, config.noise.mass, log.kind
-    # Equally likely residues of each throw's item (M, RESIDUES).
-    levels = norm.ppf((np.arange(RESIDUES) + 0.5) / RESIDUES)
-    grid = table.residue[kind][:, None] * np.exp(spread.residue * levels - spread.residue**2 / 2.0)
+    grid = residues(config, table, kind)
     empty = np.log(table.mass[kind])
     reading = np.log(log.mass)
     miss = np.nan_to_num(reading[:, None] - empty[:, None] - np.log1p(grid))

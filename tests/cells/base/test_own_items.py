@@ -47,6 +47,8 @@ def test_an_item_is_like_another():
     assert not {"size", "mass", "name", "source", "like"} & set(small.assumed)
     twin = complete_item({"name": "twin", "like": "can"})
     assert Item(**{**twin, "source": can.source, "assumed": ()}) == can.model_copy(update={"name": "twin"})
+    itself = complete_item({"name": "can", "like": "can", "pick_chance": 0.5})
+    assert itself["assumed"] == ()
     flat = complete_item({**LID, "like": "can"})
     assert flat["rolling_friction"] == TYPICAL["box"]["rolling_friction"]
 
