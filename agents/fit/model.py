@@ -29,8 +29,8 @@ from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.rows import Rows1
 
 from ..ground.cli import UsageError
-from ..judging.log import ThrowLog
-from .hidden import Hidden, draw_hidden, standard_draws
+from .log import ThrowLog
+from .hidden import NORMALS, Hidden, draw_hidden, standard_draws
 
 PLANNERS: Final = ("straight", "straight_flying")
 """Planners whose throws follow from pick and release alone."""
@@ -85,7 +85,7 @@ class ThrowModel:
         """Chance of each item that a cup well inside its outline seals (K,)."""
         normals = standard_draws(len(log), draws)
         self._hidden = {
-            "mean": draw_hidden(log, config, np.zeros_like(normals[:, :1])),
+            "mean": draw_hidden(log, config, np.zeros((len(log), 1, len(NORMALS)))),
             "draws": draw_hidden(log, config, normals),
         }
         self._objects = {name: _objects(hidden, log, config, self._table) for name, hidden in self._hidden.items()}

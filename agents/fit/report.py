@@ -15,7 +15,7 @@ from pnt_gym.names import check_keywords
 
 from ..ground.cli import UsageError
 from ..ground.tables import Grid, throws_bar
-from ..judging.log import ThrowLog
+from .log import ThrowLog
 from . import reading
 from .fitted import Fitted, fit_log
 from .parameters import PARAMETERS, Parameter, priors

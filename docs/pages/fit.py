@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from agents.fit.parameters import PARAMETERS
-from agents.judging.log import COLUMNS
+from agents.fit.log import COLUMNS
 
 from .marks import table
 
