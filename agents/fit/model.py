@@ -21,7 +21,7 @@ from pnt_gym.cells.conveyor.cup.hold import Grips, inside_outline, true_hold
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.free import cross_rims
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
-from pnt_gym.cells.conveyor.objects.drawing import random_spin, release_delay, spin_at_grasp
+from pnt_gym.cells.conveyor.objects.drawing import cup_numbers, random_spin, release_delay, spin_at_grasp
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -131,16 +131,10 @@ class ThrowModel:
 
     def quick_landings(self, configs: Sequence[ConveyorConfig]) -> Floats:
         """Landings (C, N, 2) [m] of the same throws in C cells, by longer steps; changes from cell to cell are true."""
-        landing = np.empty((len(configs), len(self.log), 2))
-        for cup in {config.cup.stiffness for config in configs}:
-            # Cells with the same lip swing in one batch.
-            alike = [index for index, config in enumerate(configs) if config.cup.stiffness == cup]
-            contexts = concatenate_records([self._context("mean", configs[index]) for index in alike])
-            rows = np.tile(self._hidden["mean"].row, len(alike))
-            first = configs[alike[0]]
-            flown, _ = self._fly(contexts, rows, first.model_copy(update={"timestep": QUICK * first.timestep}))
-            landing[alike] = flown.reshape(len(alike), -1, 2)
-        return landing
+        contexts = concatenate_records([self._context("mean", config) for config in configs])
+        rows, first = np.tile(self._hidden["mean"].row, len(configs)), configs[0]
+        landing, _ = self._fly(contexts, rows, first.model_copy(update={"timestep": QUICK * first.timestep}))
+        return landing.reshape(len(configs), -1, 2)
 
     def outcomes(self, config: ConveyorConfig) -> Outcomes:
         """Outcomes (N x K,) of throws at the draws of their hidden values, K of each throw in a row."""
@@ -172,8 +166,9 @@ class ThrowModel:
 
     def _context(self, name: str, config: ConveyorConfig) -> Context:
         """Picks of objects with hidden values, in a cell with given parameters."""
-        hidden, base, m = self._hidden[name], self._objects[name], config.mismatch
-        delay = m * (release_delay(base.seal, base.mass, config.suction) + self._table.clings[base.kind])
+        hidden, base, m = self._hidden[name], self._objects[name].replace(**cup_numbers(config)), config.mismatch
+        delay = release_delay(base.seal, base.mass, base.valve, base.tau, config.suction)
+        delay = m * (delay + self._table.clings[base.kind])
         spin = spin_at_grasp(base.replace(grasp=np.zeros_like(hidden.grasp)), hidden.grasp, config)
         if not config.cup.peel:
             spin = spin + random_spin(hidden.spin, np.zeros_like(hidden.grasp))
@@ -229,9 +224,9 @@ def _objects(hidden: Hidden, log: ThrowLog, config: ConveyorConfig, table: ItemT
         com_depth=hidden.com_depth, known_depth=max(1.0 - config.mismatch, 0.0) * hidden.com_depth, seal=hidden.seal,
         jitter=hidden.jitter, friction=table.friction[kind], cup_friction=table.cup_friction[kind],
         cup_radius=table.cup_radius[kind] if config.cup.fitted else CUP_RADIUS,
-        rolling_friction=table.rolling_friction[kind], solref=table.solref[kind], yaw=hidden.yaw, grasp=hidden.grasp,
-        belt_error=hidden.belt_error, pick_chance=table.pick_chance[kind], pick_draw=1.0, percent=log.percent[row],
-        measured=_gauge_readings(take(log, row), table),
+        rolling_friction=table.rolling_friction[kind], restitution=table.restitution[kind], yaw=hidden.yaw,
+        grasp=hidden.grasp, belt_error=hidden.belt_error, pick_chance=table.pick_chance[kind], pick_draw=1.0,
+        percent=log.percent[row], measured=_gauge_readings(take(log, row), table),
     )  # fmt: skip
     return Objects(rows, np.zeros((count, max(len(config.bins.fixed), 1))))
 

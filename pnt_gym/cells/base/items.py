@@ -171,7 +171,7 @@ class ItemTable:
         container: (K,) bool.
         friction: (K,).
         rolling_friction: (K,) m.
-        solref: (K, 2) of contacts with the item's restitution, see `contact_solref`.
+        restitution: (K,) rebound speed over impact speed.
         cup_friction: (K,) friction against a suction cup's lip.
         cup_radius: (K,) m, radius of the suction cup for the item.
         safety: (K,) safety factor of a suction cup's grip, see `SURFACES`.
@@ -189,7 +189,7 @@ class ItemTable:
     container: Bools
     friction: Floats
     rolling_friction: Floats
-    solref: Floats
+    restitution: Floats
     cup_friction: Floats
     cup_radius: Floats
     safety: Floats
@@ -212,13 +212,15 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
     if len(items) == 0:
         raise ConfigError("0 items given, but a table needs at least 1.")
 
-    plain = ("size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction", "pick_chance", "clings")
+    plain = (
+        "size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction", "restitution", "pick_chance",
+        "clings",
+    )  # fmt: skip
     columns = {name: _read_only(np.array([getattr(i, name) for i in items], dtype=np.float64)) for name in plain}
     return ItemTable(
         names=tuple(i.name for i in items),
         shape=_read_only(np.array([shape_index(i.shape) for i in items], dtype=np.int64)),
         container=_read_only(np.array([i.container for i in items], dtype=np.bool_)),
-        solref=_read_only(contact_solref([i.restitution for i in items])),
         cup_radius=_read_only(np.array([i.fitted_radius for i in items])),
         cup_friction=_read_only(np.array([SURFACES[i.surface].friction for i in items])),
         safety=_read_only(np.array([SURFACES[i.surface].safety for i in items])),

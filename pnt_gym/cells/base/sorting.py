@@ -153,6 +153,22 @@ class Spread(Section):
     )
     drag: NonNegative = Field(default=0.12, le=1, description="Lognormal spread of the drag coefficient.")
     seal: NonNegative = Field(default=0.40, le=5, description="Lognormal spread of the seal force.")
+    restitution: NonNegative = Field(
+        default=0.0,
+        le=1,
+        description="Lognormal spread of the restitution of contacts, drawn for each throw and at most 1, for the "
+        "conveyor only.",
+    )
+    friction: NonNegative = Field(
+        default=0.0,
+        le=1,
+        description="Lognormal spread of the friction of contacts, drawn for each throw, for the conveyor only.",
+    )
+    blow_off: NonNegative = Field(
+        default=0.0,
+        le=1,
+        description="Lognormal spread of the speed `cup.blow_off`, drawn for each throw, for the conveyor only.",
+    )
     com_depth: NonNegative = Field(
         default=0.06,
         le=1,

@@ -123,6 +123,7 @@ HIDDEN: Final = (
     Quantity("jitter", "s", "part of the delay that differs from throw to throw", lambda c: c.objects.jitter),
     Quantity("friction", "-", "sliding friction of its surface", lambda c: c.objects.friction),
     Quantity("rolling_friction", "m", "rolling friction of its surface", lambda c: c.objects.rolling_friction),
+    Quantity("restitution", "-", "rebound speed over impact speed", lambda c: c.objects.restitution),
     Quantity("yaw", "rad", "true direction of the object on the belt", lambda c: c.objects.yaw),
     Quantity("grasp_x", "m", "true centre of mass from the cup axis, along the belt", lambda c: c.grasp[:, 0]),
     Quantity("grasp_y", "m", "true centre of mass from the cup axis, across the belt", lambda c: c.grasp[:, 1]),

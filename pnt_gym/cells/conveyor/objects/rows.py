@@ -56,6 +56,9 @@ class Factors(Row):
     drag: float = field("-", "factor of the drag")
     seen_mass: float = field("-", "measured mass over mass")
     seen_seal: float = field("-", "measured force of the vacuum over the force")
+    restitution: float = field("-", "factor of the restitution")
+    friction: float = field("-", "factor of the friction of contacts")
+    blow_off: float = field("-", "factor of the speed that blown air gives")
     size: Triple = field("-", "factors of the extents")
 
 
@@ -80,7 +83,7 @@ class ItemRow(Row):
     container: bool = field("-", "whether the item may have a content")
     friction: float = field("-", "friction of contacts")
     rolling_friction: float = field("m", "rolling friction of contacts")
-    solref: Pair = field("s, -", "MuJoCo's `solref`: time constant and damping ratio")
+    restitution: float = field("-", "rebound speed over impact speed")
     cup_friction: float = field("-", "friction under the lip of the cup")
     cup_radius: float = field("m", "radius of the item's cup")
     pick_chance: float = field("-", "probability that a cup seals")
@@ -105,6 +108,10 @@ class CellNumbers(Row):
     grasp_noise: float = field("m", "the camera's noise of the grasp offset")
     jitter: float = field("s", "jitter of the release")
     fitted: bool = field("-", "whether each item has a cup of its own")
+    valve: float = field("s", "delay of the valve")
+    tau: float = field("s", "time constant of the vacuum under a tight seal")
+    stiffness: float = field("N m/rad", "stiffness of the lip")
+    blow_off: float = field("m/s", "speed that blown air gives")
     lane_y: Pair = field("m", "range of places across the belt")
     spacing: Pair = field("m", "range of distances between objects")
 
@@ -121,6 +128,7 @@ class LeavingObject(Row):
     grasp: Pair = field("m", "centre of mass from the cup's axis, along x and y")
     radius: float = field("m", "radius of the lip")
     tau: float = field("s", "time constant of the vacuum")
+    blow_off: float = field("m/s", "speed that blown air gives")
 
 
 class StandardDraws(NamedTuple):
