@@ -24,6 +24,7 @@ from .grasps import Centre, GraspController, Place, residual_width
 from .in_context import InContext
 from .oracle import Analytic, Oracle, Random
 from .places import OraclePlaces, centroid, flattest, local_mlp
+from .posterior import Posterior
 from .protocol import Controller
 from .regression import Mlp, OnPolicyRegression, Ridge
 from .trackers import Kalman, NoTracker, OracleTracker, RecursiveRidge, RunningMean, Tracker
@@ -38,6 +39,8 @@ _SHIFTS: Mapping[str, Callable[..., Controller]] = {
     "mlp": lambda env, correction, **options: OnPolicyRegression("mlp", correction, _features(env), Mlp(**options)),
     "oracle": lambda env, correction, **options: Oracle(_shared_core(env), correction, **options),
 }
+POSTERIOR: Final = "posterior"
+"""The controller that adapts by the physics of a cell, without practice."""
 _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
     STATIC: lambda core: NoTracker(),
     "ema": lambda core, **options: RunningMean(**options),
@@ -57,6 +60,7 @@ _SETTINGS: Mapping[str, Callable[..., Any]] = {
     "kalman": Kalman,
     "recursive_ridge": RecursiveRidge,
     IN_CONTEXT: InContext,
+    POSTERIOR: Posterior,
 }
 """What takes the settings of controllers that have any and do not grasp."""
 _PLACES: Mapping[str, Callable[..., Place]] = {
@@ -71,7 +75,7 @@ FITTED_Q = "fitted_q"
 """The controller that learns where to grasp and how fast to throw from rewards."""
 GRASPING_NAMES = (*_PLACES, FITTED_Q)
 """Names of the controllers that choose where to grasp."""
-NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS, *GRASPING_NAMES)
+NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS, POSTERIOR, *GRASPING_NAMES)
 
 
 def make(name: str, env: Env, **options: Any) -> Controller:
@@ -93,6 +97,8 @@ def make(name: str, env: Env, **options: Any) -> Controller:
     correction, core = _correction(name, env), core_of(env)
     if not has_feedback(core):
         raise UsageError(f"controller {name!r} needs observations of the previous landing; use --env PnTAdapt-v0")
+    if name == POSTERIOR:
+        return Posterior(core.config, correction, **options)
     tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
     shipped = state.read(ADAPTIVE / f"{file}.npz")[1]
     return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)

@@ -175,7 +175,8 @@ class Kalman(Tracker):
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
         """Update both filters in the selected rows; the random walk advances in every row."""
         selected = np.flatnonzero(rows)
-        self._filters.learn(selected, drift_effects(throws[selected], self._camera_x), z[selected])
+        effect = drift_effects(throws[selected], self._camera_x)
+        self._filters.learn(selected, effect[:, None], z[selected, None])
         self._filters.add_walk()
 
     def effect(self, throws: Floats) -> Floats:
@@ -277,7 +278,8 @@ class UnseenKinds:
         if len(self._filters.state) != len(kind):
             self._begin(len(kind))
         selected = np.flatnonzero(rows & self.is_unseen(kind))
-        self._filters.learn((selected, kind[selected]), _effects(throws[selected]), z[selected])
+        effect = _effects(throws[selected])
+        self._filters.learn((selected, kind[selected]), effect[:, None], z[selected, None])
 
     def effect(self, kind: Ints, throws: Floats) -> Floats:
         """Expected landing errors of throws (N, D) of kinds (N,): (N, 2) [m]."""
