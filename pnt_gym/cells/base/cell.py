@@ -51,6 +51,8 @@ class Purpose(IntEnum):
     """Where objects lie on a line's belt, and what each is worth."""
     CONTACT = 6
     """How an object rebounds and slides, and how fast blown air makes it."""
+    CELL = 7
+    """How a cell differs from other cells."""
 
 
 class UpcomingThrows(Protocol):

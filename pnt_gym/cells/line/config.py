@@ -28,7 +28,9 @@ MOST_OBJECTS: Final = 400_000
 """Objects that are drawn for a shift at most: four hours of 20 a second are 300,000, some 250 MB."""
 MADE_TABLES: Final = Path("runs") / "chances"
 """Folder of the tables that commands make, in the working folder."""
-_UNCONCERNED: Final = {"name", "mix", "fidelity", "dispatch", "patience", "picks_per_shift", "reward", "timestep"}
+_UNCONCERNED: Final = {
+    "name", "mix", "fidelity", "dispatch", "patience", "picks_per_shift", "reward", "timestep", "cells",
+}  # fmt: skip
 """Fields of a cell on which a line's table of throws does not depend."""
 _GHOSTS: Final = {"belt": {"neighbours": "ghosts"}}
 """Neighbours on a line, where carried objects pass over the objects on the belt."""
@@ -202,6 +204,8 @@ class LineConfig(LevelConfig):
             )
         if cell.drift.moves:
             yield "cell.drift is not zero; a line has no drift: leave cell.drift out"
+        if cell.cells.ranges:
+            yield "cell.cells has ranges; a line's throws are those of one cell: leave cell.cells out"
 
     def _robot_problems(self) -> Iterator[str]:
         """What is wrong with the robots beside each other: names, bins that fill, windows and standstills."""

@@ -12,8 +12,9 @@ from tests.tools.throws import item, make_core
 PLAIN = tuple(f"{name}_plain" for name in ("fast", "nominal", "tight", "unseen", "waste"))
 DRIFTING = ("day", "steps", "drift_mix", "day_far", "steps_far", "drift_mix_far")
 PEERS = ("boxes", "cubes")
+DIFFERING = ("cells", "cells_far")
 ALONE = ("dense", "fast", "ideal", "light", "newcomers", "nominal", "precise", "tight", "unseen", "waste")
-LEVELS = tuple(sorted((*PLAIN, *DRIFTING, *PEERS, *ALONE)))
+LEVELS = tuple(sorted((*PLAIN, *DRIFTING, *PEERS, *DIFFERING, *ALONE)))
 BIN = {"name": "box", "x": 0.3, "y": 0.4}
 SMALLEST = {"bins": {"fixed": [BIN]}}
 

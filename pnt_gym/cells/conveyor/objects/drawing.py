@@ -191,13 +191,16 @@ def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal:
         config: the cell.
         seal: the new vacuum force (N,) [N]; None: as drawn.
     """
+    after, before = lip_spin(objects, grasp, config, seal), lip_spin(objects, objects.grasp, config)
+    return objects.spin + (after - before)
 
-    def of(place: Floats, force: Floats) -> Floats:
-        spin = random_spin(np.zeros_like(objects.spin), config.spread.spin_per_offset * place)
-        write_spins(objects, place, time_constant(force, objects.tau, config.suction), spin, config)
-        return spin
 
-    return objects.spin + (of(grasp, objects.seal if seal is None else seal) - of(objects.grasp, objects.seal))
+def lip_spin(objects: Objects, grasp: Floats, config: ConveyorConfig, seal: Floats | None = None) -> Floats:
+    """Spin (N, 3) [rad/s] that lips and blown air give objects at a grasp offset; arguments as in `spin_at_grasp`."""
+    spin = random_spin(np.zeros_like(objects.spin), config.spread.spin_per_offset * grasp)
+    tau = time_constant(objects.seal if seal is None else seal, objects.tau, config.suction)
+    write_spins(objects, grasp, tau, spin, config)
+    return spin
 
 
 def random_spin(random: Floats, offset: Floats) -> Floats:
