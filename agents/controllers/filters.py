@@ -27,7 +27,7 @@ class Filters:
         beliefs: initial weights of the filters of a set (H,).
         walks: covariances of the change of the unknowns from one landing to the next (H, S, S).
         turning: probability from one landing to the next that any hypothesis becomes true, one like the other.
-        camera: standard deviation of the bin's camera [m].
+        noise: covariance of landings with known unknowns (2, 2) [m2].
     """
 
     def __init__(
@@ -38,10 +38,10 @@ class Filters:
         *,
         walks: Floats | float = 0.0,
         turning: float = 0.0,
-        camera: float = BIN_CAMERA,
+        noise: Floats,
     ) -> None:
         self._priors, self._beliefs, self._walks, self._turning = priors, np.array(beliefs), walks, turning
-        self._noise = landing_noise(camera)
+        self._noise = noise
         self.state = np.zeros((*shape, *priors.shape[:-1]))
         self.spread = np.broadcast_to(priors, (*shape, *priors.shape)).copy()
         self.belief = np.broadcast_to(self._beliefs, (*shape, len(self._beliefs))).copy()
@@ -75,7 +75,7 @@ class Filters:
 
 
 def landing_noise(camera: float) -> Floats:
-    """Covariance of landings with known unknowns (2, 2) [m2], for a camera with a standard deviation [m]."""
+    """Covariance of the static policy's landings without drift (2, 2) [m2], as a camera of this deviation [m] sees."""
     return np.diag(np.square(NOISE) + (camera**2 - BIN_CAMERA**2))
 
 

@@ -24,7 +24,6 @@ from .grasps import Centre, GraspController, Place, residual_width
 from .in_context import InContext
 from .oracle import Analytic, Oracle, Random
 from .places import OraclePlaces, centroid, flattest, local_mlp
-from .posterior import Posterior
 from .protocol import Controller
 from .regression import Mlp, OnPolicyRegression, Ridge
 from .trackers import Kalman, NoTracker, OracleTracker, RecursiveRidge, RunningMean, Tracker
@@ -41,6 +40,14 @@ _SHIFTS: Mapping[str, Callable[..., Controller]] = {
 }
 POSTERIOR: Final = "posterior"
 """The controller that adapts by the physics of a cell, without practice."""
+
+
+def _posterior(core: Core, correction: Correction, prior: str = "cells") -> Controller:
+    from .posterior import Posterior  # noqa: PLC0415 - SciPy takes half a second to import
+
+    return Posterior(core.config, correction, prior)
+
+
 _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
     STATIC: lambda core: NoTracker(),
     "ema": lambda core, **options: RunningMean(**options),
@@ -60,7 +67,7 @@ _SETTINGS: Mapping[str, Callable[..., Any]] = {
     "kalman": Kalman,
     "recursive_ridge": RecursiveRidge,
     IN_CONTEXT: InContext,
-    POSTERIOR: Posterior,
+    POSTERIOR: _posterior,
 }
 """What takes the settings of controllers that have any and do not grasp."""
 _PLACES: Mapping[str, Callable[..., Place]] = {
@@ -98,7 +105,7 @@ def make(name: str, env: Env, **options: Any) -> Controller:
     if not has_feedback(core):
         raise UsageError(f"controller {name!r} needs observations of the previous landing; use --env PnTAdapt-v0")
     if name == POSTERIOR:
-        return Posterior(core.config, correction, **options)
+        return _posterior(core, correction, **options)
     tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
     shipped = state.read(ADAPTIVE / f"{file}.npz")[1]
     return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)

@@ -13,11 +13,14 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, join_columns
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, take
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import HiddenCell, HiddenDrift
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.planning.straight.plan import ReleaseBatch
 
 from ..fit.log import ThrowLog
 from ..fit.model import PLANNERS, ThrowModel
@@ -36,6 +39,9 @@ PLACE: Final = 0.008
 """Standard deviation of the belt camera's offset along and across the belt, as on level `day` [m]."""
 LIPS: Final = 3
 """Stiffnesses of the lip that are hypotheses."""
+SCATTER: Final = (0.012, 0.004)
+"""Standard deviations of landings along and across about those that the model predicts in a known cell: what seals,
+masses, drag and jitter scatter beyond their gauges; measured on level `cells` [m]."""
 TURNING: Final = 0.02
 """Share of the weights that is given to all hypotheses alike at each landing, as no model is quite true."""
 STEP, GRASP_STEP = 0.3, 0.005
@@ -67,11 +73,15 @@ class Posterior(Controller):
                 f"controller {self.name!r} knows the throws of the planners {' and '.join(PLANNERS)} alone, and the level's "
                 f"planner is {config.planner!r}"
             )
+        if config.grip.safety is not None:
+            raise UsageError(
+                f"controller {self.name!r} knows throws that no grip slows; set grip.safety of the level to null"
+            )
         ranges = ConveyorConfig.load(prior).cells.ranges
         if missing := {*NUMBERS, "stiffness"} - ranges.keys():
             raise UsageError(f"prior is {prior!r}, whose section `cells` has no range of {sorted(missing)[0]}")
         self._config = config.model_copy(update={"timestep": TIMESTEP, "fidelity": "flight"})
-        self._correction = correction
+        self._planner, self._correction = PickPlanner(self._config), correction
         low, high = np.array([ranges[name] for name in NUMBERS]).T
         self._mean, self._sd = (low + high) / 2.0, (high - low) / np.sqrt(12.0)
         softest, stiffest = np.log(ranges["stiffness"])
@@ -89,7 +99,8 @@ class Posterior(Controller):
         size = len(NUMBERS) + 2
         priors = np.tile(np.eye(size), (LIPS, 1, 1))
         beliefs = (1.0 / LIPS,) * LIPS
-        return Filters((count,), priors, beliefs, turning=TURNING, camera=self._config.feedback.noise)
+        noise = np.diag(np.square(SCATTER) + self._config.feedback.noise**2)
+        return Filters((count,), priors, beliefs, turning=TURNING, noise=noise)
 
     def act(self, observation: Observation) -> Actions:
         """Actions (N, 2) whose predicted landings, averaged over the posterior's hypotheses, are the targets."""
@@ -164,19 +175,26 @@ class Posterior(Controller):
     def _log(self, values: dict[str, Floats], kind: Ints) -> ThrowLog:
         """What observations say of N coming throws as the planner would throw them; their results are open."""
         config, count = self._config, len(kind)
-        pick = join_columns(values["pick_x"], values["pick_y"], 0.0)
-        pick[:, 2] = config.belt.height + values["height"] + LIP_GAP
-        target = np.stack([values["target_x"], values["target_y"]], axis=1)
-        heading = np.arctan2(*(target - pick[:, :2]).T[::-1])
+        pick = join_columns(values["pick_x"], values["pick_y"], config.belt.height + values["height"] + LIP_GAP)
+        target = join_columns(values["target_x"], values["target_y"], config.bins.rim)
+        heading = np.arctan2(*(target - pick).T[1::-1])
         cosine, sine = np.cos(heading), np.sin(heading)
-        rise, way = values["elevation"], values["release_distance"]
-        ahead = join_columns(np.cos(rise) * cosine, np.cos(rise) * sine, np.sin(rise))
         grasp = values["grasp_along"] * np.stack([cosine, sine]) + values["grasp_across"] * np.stack([-sine, cosine])
-        yaw = 0.5 * np.arctan2(values["sin_2yaw"], values["cos_2yaw"]) + heading
+        plan, percent = self._nominal(values, pick, target)
         return ThrowLog(
-            kind=kind, pick=pick, release=pick + way[:, None] * ahead, velocity=values["release_speed"][:, None] * ahead,
-            percent=np.full(count, np.nan), belt_speed=values["belt_speed"], target=target,
+            kind=kind, pick=pick, release=plan.position, velocity=plan.velocity, percent=percent,
+            belt_speed=values["belt_speed"], target=target[:, :2],
             size=np.stack([values[name] for name in ("length", "width", "height")], axis=1),
-            mass=np.exp(values["ln_mass"]), seal=np.exp(values["ln_seal"]), yaw=yaw, grasp=grasp.T,
+            mass=np.exp(values["ln_mass"]), seal=np.exp(values["ln_seal"]), grasp=grasp.T,
+            yaw=0.5 * np.arctan2(values["sin_2yaw"], values["cos_2yaw"]) + heading,
             sealed=np.ones(count), lost=np.zeros(count), landing=np.full((count, 2), np.nan),
         )  # fmt: skip
+
+    def _nominal(self, values: dict[str, Floats], pick: Floats, target: Floats) -> tuple[ReleaseBatch, Floats]:
+        """The planner's releases of N throws, and their speed settings: those whose plans are as observed."""
+        ceiling, settings = pick[:, 2] + self._config.motion.ceiling, np.array(self._config.limits.percent)
+        limits = [LimitRows.t3kr(np.full(len(pick), setting)) for setting in settings]
+        plans = [self._planner.mover.plan(pick, target, rows, ceiling) for rows in limits]
+        misses = [np.hypot(p.speed - values["release_speed"], p.distance - values["release_distance"]) for p in plans]
+        best = np.argmin(np.nan_to_num(misses, nan=np.inf), axis=0)
+        return take(concatenate_records(plans), best * len(pick) + np.arange(len(pick))), settings[best]

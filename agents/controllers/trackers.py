@@ -18,7 +18,7 @@ from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
 from pnt_gym.constants import GRAVITY
 
-from .filters import BIN_CAMERA, NOISE, SURPRISE, Filters, landing_offset
+from .filters import BIN_CAMERA, NOISE, SURPRISE, Filters, landing_noise, landing_offset
 from .protocol import State
 
 TURNING: Final = 0.02
@@ -162,7 +162,7 @@ class Kalman(Tracker):
         walks = np.stack([np.zeros((4, 4)), np.diag(np.square(walk))])
         self._camera_x = camera_x
         self._make_filters = partial(
-            Filters, priors=priors, beliefs=(0.5, 0.5), walks=walks, turning=TURNING, camera=noise
+            Filters, priors=priors, beliefs=(0.5, 0.5), walks=walks, turning=TURNING, noise=landing_noise(noise)
         )
         self._filters = self._make_filters((0,))
 
@@ -290,7 +290,9 @@ class UnseenKinds:
     def _begin(self, count: int) -> None:
         variances = np.square(PRIOR)
         priors = np.stack([np.diag(LIKE_OTHERS**2 * variances), np.diag(variances)])
-        self._filters = Filters((count, len(self._is_known)), priors, (SHARE, 1.0 - SHARE))
+        self._filters = Filters(
+            (count, len(self._is_known)), priors, (SHARE, 1.0 - SHARE), noise=landing_noise(BIN_CAMERA)
+        )
 
 
 def _effects(throws: Floats) -> Floats:

@@ -102,33 +102,7 @@ class ThrowModel:
 
     def _set_up_motions(self) -> None:
         """Motions of the hands, from the commanded releases."""
-        log = self.log
-        self._picks = self._picks_at(log.percent if np.isfinite(log.percent).all() else self._likely_percent())
-        self._objects = {
-            name: objects.replace(percent=self._picks.objects.percent[self._hidden[name].row])
-            for name, objects in self._objects.items()
-        }
-        # The level's limits must give the logged releases.
-        logged, planned = length(log.velocity), self._picks.plan.speed
-        wrong = ~(np.abs(np.nan_to_num(planned) - logged) <= SPEED_TOLERANCE * logged)
-        if wrong.any():
-            first = int(np.flatnonzero(wrong)[0])
-            raise UsageError(
-                f"{wrong.sum()} of {len(log)} releases do not have the speed that the level's limits give on the way "
-                f"from the pick (throw {first + 1}: {logged[first]:.2f} m/s logged, {planned[first]:.2f} m/s by the "
-                "level); check percent, belt.speed, and that pick and release are the cup's"
-            )
-        self._move(self._picks.plan)
-
-    def _likely_percent(self) -> Floats:
-        """Speed settings (N,) whose releases are nearest in speed to those of the log."""
-        settings, logged = np.array(self.config.limits.percent, dtype=np.float64), length(self.log.velocity)
-        speeds = [self._picks_at(np.full(len(logged), setting)).plan.speed for setting in settings]
-        return settings[np.argmin(np.abs(np.nan_to_num(speeds) - logged), axis=0)]
-
-    def _picks_at(self, percent: Floats) -> Context:
-        """The picks with the releases of the log as plans, at speed settings (N,)."""
-        log, config, objects = self.log, self.config, self._objects["mean"].replace(percent=percent)
+        log, config, objects = self.log, self.config, self._objects["mean"]
         pick, count = _picks(log, config), len(log)
         limits, _ = self._planner.grip_limits(objects, pick)
         rim = np.full(count, config.bins.rim)
@@ -139,7 +113,19 @@ class ThrowModel:
             throw_limits=limits, plan=cast("ReleaseBatch", None), ceiling=pick[:, 2] + config.motion.ceiling,
             belt=config.belt,
         )  # fmt: skip
-        return picks.replace(plan=self._planner.mover.release_at(picks, log.release))
+        releases = self._planner.mover.release_at(picks, log.release)
+        # The level's limits must give the logged releases.
+        logged, planned = length(log.velocity), releases.speed
+        wrong = ~(np.abs(np.nan_to_num(planned) - logged) <= SPEED_TOLERANCE * logged)
+        if wrong.any():
+            first = int(np.flatnonzero(wrong)[0])
+            raise UsageError(
+                f"{wrong.sum()} of {len(log)} releases do not have the speed that the level's limits give on the way "
+                f"from the pick (throw {first + 1}: {logged[first]:.2f} m/s logged, {planned[first]:.2f} m/s by the "
+                "level); check percent, belt.speed, and that pick and release are the cup's"
+            )
+        self._picks = picks.replace(plan=releases)
+        self._move(releases)
 
     def aim(self, offset: Floats) -> None:
         """Move the releases off those of the log, as a residual of the planner does.
