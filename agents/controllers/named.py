@@ -55,7 +55,7 @@ _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
         core.config.belt.camera_x, **{"noise": core.config.feedback.noise, **options}
     ),
     "recursive_ridge": lambda core, **options: RecursiveRidge(**options),
-    IN_CONTEXT: lambda core, **options: InContext(core.config.belt.camera_x, **options),
+    IN_CONTEXT: lambda core, **options: InContext(core.config.belt.camera_x, bool(core.config.cells.ranges), **options),
     "oracle_drift": OracleTracker,
 }
 """Trackers by controller; the tracker's effect is subtracted from the static policy's offset."""

@@ -36,8 +36,8 @@ class Tracker(Protocol):
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
         """Learn from throws (N, D) with landing errors z (N, 2) in the selected rows (N,)."""
 
-    def study(self, throws: Floats, z: Floats, seed: int) -> None:
-        """Learn from the whole practice: throws (M, D) and their landing errors z (M, 2)."""
+    def study(self, throws: Floats, z: Floats, shift: Ints, seed: int) -> None:
+        """Learn from the whole practice: throws (M, D), their landing errors z (M, 2), and the number of their shift."""
 
     def state(self) -> State:
         """Learned values of `study`, as named arrays."""

@@ -93,7 +93,11 @@ def count(value: Any) -> str:
 def pace(parts: Any, least: Any = None) -> Mapping[str, float]:
     """Sorted picks per minute of parts, each objects sorted and seconds first; or what they are above those of `least`."""
     sorted_, seconds = np.array(parts)[:, :2].T
-    found = metrics.rate(sorted_, seconds) if least is None else metrics.rate_difference(sorted_, seconds, *np.array(least).T)
+    found = (
+        metrics.rate(sorted_, seconds)
+        if least is None
+        else metrics.rate_difference(sorted_, seconds, *np.array(least).T)
+    )
     return vars(found)
 
 

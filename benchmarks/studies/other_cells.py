@@ -58,7 +58,9 @@ def shifts(settings: Settings, amount: Amount) -> Iterator[Figures]:
         }
     for label, counted in judged.items():
         for window in WINDOWS:
-            cells_from, least, most = (part[window:].sum(axis=0) for part in (counted, judged[settings["least"]], judged[settings["most"]]))
+            cells_from, least, most = (
+                part[window:].sum(axis=0) for part in (counted, judged[settings["least"]], judged[settings["most"]])
+            )
             yield {
                 "controller": label,
                 "window": window,
