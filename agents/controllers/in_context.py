@@ -143,7 +143,7 @@ def shuffle_shifts(throws: Floats, z: Floats, shift: Ints, batches: int, seed: i
     whole = np.flatnonzero(count >= SHORT)
     if whole.size == 0:
         raise UsageError(
-            f"no shift of the practice has {SHORT} landings from which 'in_context' could learn what cells have in common; "
+            f"no shift of the practice has {SHORT} landings, from which 'in_context' learns what cells have in common; "
             "practise longer, or with more picks_per_shift"
         )
     for _ in range(batches):

@@ -70,8 +70,7 @@ class Posterior(Controller):
     def __init__(self, config: ConveyorConfig, correction: Correction, prior: str = "cells") -> None:
         if config.planner not in PLANNERS:
             raise UsageError(
-                f"controller {self.name!r} knows the throws of the planners {' and '.join(PLANNERS)} alone, and the level's "
-                f"planner is {config.planner!r}"
+                f"planner is {config.planner!r}; controller {self.name!r} knows the throws of {' and '.join(PLANNERS)} alone"
             )
         if config.grip.safety is not None:
             raise UsageError(

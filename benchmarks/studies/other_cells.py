@@ -126,7 +126,7 @@ def _practised(level: dict[str, Any], name: str, throws: int, seed: int) -> Cont
 
 
 def _by_cell(throws: Throws, core: Core) -> Floats:
-    """Whether sorted, seconds, landing error [m] or 0, and whether it was measured, of each throw and cell (T, C, 4)."""
+    """Whether sorted, seconds, landing error [m] or 0, whether that was measured, by throw and cell (T, C, 4)."""
     landed = np.isfinite(throws.landing_error)
     columns = throws.sorted, throws.cycle_time, np.nan_to_num(throws.landing_error), landed
     return np.stack([np.asarray(column, dtype=np.float64).reshape(-1, core.count) for column in columns], axis=2)
