@@ -13,8 +13,8 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.environments import core_of, make_vector
 from ..ground.infos import results
-from ..judging import log
-from ..judging.log import ThrowLog
+from . import log
+from .log import ThrowLog
 from .density import Density, finite_numbers
 from .fitted import Fitted
 from .model import ThrowModel

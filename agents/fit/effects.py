@@ -14,7 +14,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..judging.log import ThrowLog
+from .log import ThrowLog
 from .density import Density, Mode
 from .hidden import residues
 from .model import ThrowModel

@@ -15,7 +15,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.drawing import release_delay
 
 from ..ground.fitting import on_one_thread
-from ..judging.log import ThrowLog
+from .log import ThrowLog
 from . import density, misfit
 from .density import finite_numbers
 from .misfit import LEVEL, TESTS, Finding

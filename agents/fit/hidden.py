@@ -18,7 +18,7 @@ from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.items import CYLINDER, ItemTable, item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..judging.log import ThrowLog
+from .log import ThrowLog
 
 Draws: TypeAlias = Mapping[str, Floats]
 """Standard normal numbers (M,) by the names of `NORMALS`."""
@@ -76,7 +76,7 @@ def draw_hidden(log: ThrowLog, config: ConveyorConfig, normals: Floats) -> Hidde
     """
     count, draws, _ = normals.shape
     row = np.repeat(np.arange(count), draws)
-    z: Draws = dict[str, Floats](zip(NORMALS, normals.reshape(count * draws, -1).T, strict=True))
+    z: Draws = dict[str, Floats](zip(NORMALS, normals.reshape(count * draws, len(NORMALS)).T, strict=True))
     readings, spread, m = take(log, row), config.spread, config.mismatch
     table = item_arrays(config.item_list())
     size = _sizes(readings, config, table, z)

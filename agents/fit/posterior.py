@@ -19,7 +19,7 @@ from scipy.stats import norm, truncnorm
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..judging.log import ThrowLog
+from .log import ThrowLog
 from .density import Density, Mode, Node, finite_numbers
 from .model import ThrowModel
 from .parameters import Parameter, values_at

@@ -18,7 +18,7 @@ from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.reading import ReadError, lines_of
 
 from ..ground.cli import UsageError
-from ..judging.log import COLUMNS, GROUPS, ThrowLog
+from .log import COLUMNS, GROUPS, ThrowLog
 from . import ranges
 
 FEWEST: Final = 10

@@ -20,7 +20,7 @@ from ..ground.environments import OPTIONS, Env, as_vector, make_vector
 from ..ground.outputs import deliver_text
 from ..ground.tables import throws_bar
 from . import trials
-from .log import Recorder
+from .recorder import Recorder
 from .loop import Progress
 from .record import Record, Row
 from .trial import Trial

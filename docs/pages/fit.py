@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from agents.fit.parameters import PARAMETERS
-from agents.judging.log import COLUMNS
+from agents.fit.log import COLUMNS
 
 from .marks import table
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from agents.controllers import make_controller
-from agents.judging.log import Recorder, ThrowLog
+from agents.fit.log import ThrowLog
+from agents.judging.recorder import Recorder
 from agents.judging.trials import open_trial
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
