@@ -14,9 +14,9 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from .log import ThrowLog
 from .density import Density, Mode
 from .hidden import residues
+from .log import ThrowLog
 from .model import ThrowModel
 
 DRAUGHT, DRAG, DELAY, BLOW_OFF, PLACE = 0.2, 0.1, 0.001, 0.1, 0.005

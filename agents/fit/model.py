@@ -39,8 +39,8 @@ from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.rows import Rows1
 
 from ..ground.cli import UsageError
-from .log import ThrowLog
 from .hidden import NORMALS, Hidden, draw_hidden, standard_draws
+from .log import ThrowLog
 
 PLANNERS: Final = ("straight", "straight_flying")
 """Planners whose throws follow from pick and release alone."""
