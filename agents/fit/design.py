@@ -14,9 +14,9 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from ..ground.environments import core_of, make_vector
 from ..ground.infos import results
 from . import log
-from .log import ThrowLog
 from .density import Density, finite_numbers
 from .fitted import Fitted
+from .log import ThrowLog
 from .model import ThrowModel
 from .parameters import Parameter
 

@@ -15,9 +15,9 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.drawing import release_delay
 
 from ..ground.fitting import on_one_thread
-from .log import ThrowLog
 from . import density, misfit
 from .density import finite_numbers
+from .log import ThrowLog
 from .misfit import LEVEL, TESTS, Finding
 from .parameters import Parameter
 from .posterior import Posterior, SealChance, posterior

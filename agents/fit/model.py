@@ -29,8 +29,8 @@ from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.rows import Rows1
 
 from ..ground.cli import UsageError
-from .log import ThrowLog
 from .hidden import NORMALS, Hidden, draw_hidden, standard_draws
+from .log import ThrowLog
 
 PLANNERS: Final = ("straight", "straight_flying")
 """Planners whose throws follow from pick and release alone."""
@@ -68,7 +68,8 @@ class ThrowModel:
     Args:
         log: the throws.
         config: the cell, whose parameters a call may replace.
-        draws: draws of each throw's hidden values, an even number; they are the same at all parameters.
+        draws: draws of each throw's hidden values, an even number; they are the same at all parameters. 0 is enough for
+            landings at mean hidden values.
 
     Raises:
         UsageError: the level's planner, or a release that its limits do not give.
@@ -83,11 +84,9 @@ class ThrowModel:
         """Which throws have a flight; others have NaN landings (N,)."""
         self.chances = self._table.pick_chance.copy()
         """Chance of each item that a cup well inside its outline seals (K,)."""
-        normals = standard_draws(len(log), draws)
-        self._hidden = {
-            "mean": draw_hidden(log, config, np.zeros((len(log), 1, len(NORMALS)))),
-            "draws": draw_hidden(log, config, normals),
-        }
+        normals = {"mean": np.zeros((len(log), 1, len(NORMALS)))}
+        normals |= {"draws": standard_draws(len(log), draws)} if draws else {}
+        self._hidden = {name: draw_hidden(log, config, numbers) for name, numbers in normals.items()}
         self._objects = {name: _objects(hidden, log, config, self._table) for name, hidden in self._hidden.items()}
         self._set_up_motions(PickPlanner(config))
 

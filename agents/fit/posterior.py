@@ -17,8 +17,8 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from .log import ThrowLog
 from .density import Density, Mode, Node, finite_numbers
+from .log import ThrowLog
 from .model import ThrowModel
 from .parameters import Parameter, values_at
 

@@ -15,9 +15,9 @@ from pnt_gym.names import check_keywords
 
 from ..ground.cli import UsageError
 from ..ground.tables import Grid, throws_bar
-from .log import ThrowLog
 from . import reading
 from .fitted import Fitted, fit_log
+from .log import ThrowLog
 from .parameters import PARAMETERS, Parameter, priors
 from .twins import judge_fit, study_twin
 from .words import sentences

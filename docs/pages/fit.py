@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from agents.fit.parameters import PARAMETERS
 from agents.fit.log import COLUMNS
+from agents.fit.parameters import PARAMETERS
 
 from .marks import table
 
