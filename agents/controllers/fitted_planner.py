@@ -23,7 +23,6 @@ from ..fit.fitted import fit_log
 from ..fit.log import ThrowLog
 from ..fit.model import PLANNERS, ThrowModel
 from ..fit.parameters import level_at, priors
-from ..fit.reading import MOST
 from ..ground.cli import UsageError
 from .protocol import Actions, Learner, Observation, Outcome, State, to_action
 
@@ -37,6 +36,8 @@ STEPS: Final = 2
 """Predictions of a throw, each followed by a step by the error it predicts; two leave 0.2 mm on `waste`."""
 GROWTH: Final = 2
 """Growth of the log by which the fit is renewed, from the first landing on."""
+MOST: Final = 120
+"""Latest landings to which it fits; on `waste` more bring it no nearer to the targets."""
 FARTHEST: Final = 10.0
 """Largest standard score of a number in a saved state."""
 
