@@ -76,7 +76,7 @@ def draw_hidden(log: ThrowLog, config: ConveyorConfig, normals: Floats) -> Hidde
     """
     count, draws, _ = normals.shape
     row = np.repeat(np.arange(count), draws)
-    z: Draws = dict[str, Floats](zip(NORMALS, normals.reshape(count * draws, len(NORMALS)).T, strict=True))
+    z: Draws = dict[str, Floats](zip(NORMALS, normals.reshape(count * draws, -1).T, strict=True))
     readings, spread, m = take(log, row), config.spread, config.mismatch
     table = item_arrays(config.item_list())
     size = _sizes(readings, config, table, z)

@@ -33,7 +33,8 @@ IN_A_ROW: Final = 2
 
 def losses(results: Results) -> Figure:
     """Where the picks of the short table's controllers end on the first level of the benchmark, as stacked bars."""
-    level, rows = headline._rows(results["benchmark"])
+    level, shown = headline.rows_shown(results["benchmark"])
+    rows = [row for _, row in shown]
     shares = {"sorted": "share_sorted", **{text: name for name, text in LOSSES.items()}}
     bars = {text: [100.0 * (row.get(name) or 0.0) for row in rows] for text, name in shares.items()}
     return _stacked([name_of(row) for row in rows], bars, "share of all picks [%]", f"level {level}")

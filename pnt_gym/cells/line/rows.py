@@ -249,6 +249,26 @@ class Outcome(Row):
     value: float = field("-", "value brought into a bin; 0 for a throw that ends after the shift")
 
 
+@final
+class Tally(Row):
+    """Objects of one item in a work shift, by their fate, in numbers."""
+
+    in_right: int = field("-", "objects in a bin that takes the item")
+    in_wrong: int = field("-", "objects in another bin")
+    on_floor: int = field("-", "objects in no bin")
+    passed: int = field("-", "objects past the last window")
+    tried: int = field("-", "objects past the last window that a robot has tried to pick")
+
+
+@final
+class Worth(Row):
+    """What one object of a work shift was worth, by its fate; 0 where it has another one."""
+
+    sorted: float = field("-", "value of an object in a bin that takes it")
+    arrived: float = field("-", "value of an object that was lifted or is past the last window")
+    passed: float = field("-", "value of an object past the last window")
+
+
 class ChanceTable(NamedTuple):
     """Shares of a table of throws, by item K, speed setting P and class of distance D."""
 

@@ -24,20 +24,18 @@ from pnt_gym.cells.line.rows import (
     Seen,
     Short,
     Tables,
+    Tally,
+    Worth,
 )
 from pnt_gym.cells.line.sight import list_candidates, next_turns, show_objects
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION, T3KR_JERK, T3KR_VELOCITY
-from pnt_gym.rows import Floats1, Floats3, Ints1, Ints2, Ints3, Rows1, Rows2
+from pnt_gym.rows import Floats1, Ints1, Ints2, Rows1, Rows2
 
 STRETCH: Final = float(1000.0 + (np.sqrt(5.0) - 1.0) / 2.0)
 """A uniform draw times this number, modulo 1, is practically independent of the draw."""
 SEEN, CANDIDATE = Seen.dtype, Candidate.dtype
 RIDES, HELD, SORTED, MISPLACED, FLOOR = map(int, Fate)
-# Rows of the counts: in a bin that takes the item, in another bin, on the floor, past the last window, and those of the
-# latter that a robot has tried; and rows of the values: sorted, arrived, past the last window.
-IN_RIGHT, IN_WRONG, ON_FLOOR, PASSED, TRIED = range(5)
-VALUE, ARRIVED_VALUE, PASSED_VALUE = range(3)
 
 
 @kernel_part
@@ -228,9 +226,9 @@ def count_fates(
     border: float,
     riders: Rows2[Rider],
     accounts: Rows2[Account],
-    fates: Ints3,
+    tallies: Rows2[Tally],
     picks: Ints2,
-    worths: Floats3,
+    worths: Rows2[Worth],
 ) -> None:
     """Count the objects of the work shifts of K lines by fate and item, and by robot.
 
@@ -239,26 +237,26 @@ def count_fates(
         border: downstream end of the last window [m].
         riders: the objects (K, M).
         accounts: books of the objects (K, M).
-        fates: written to zeros, numbers of objects by the rows above (5, K, items).
+        tallies: written to zeros, numbers of objects by item (K, items).
         picks: written to zeros, objects that each robot took and does not hold (K, R).
-        worths: written to zeros, values of the objects by the rows above, 0 for the other objects (3, K, M).
+        worths: written to zeros, values of the objects (K, M).
     """
     for k in range(len(way)):
         for i in range(riders.shape[1]):
-            account, kind, worth = accounts[k, i], riders[k, i].kind, riders[k, i].worth
+            account, tally, worth = accounts[k, i], tallies[k, riders[k, i].kind], worths[k, i]
             if account.taker >= 0 and account.fate != HELD:
                 picks[k, account.taker] += 1
             if account.fate == HELD or (account.fate == RIDES and not riders[k, i].x + way[k] > border):
                 continue
-            worths[ARRIVED_VALUE, k, i] = worth
+            worth.arrived = riders[k, i].worth
             if account.fate == SORTED:
-                fates[IN_RIGHT, k, kind] += 1
-                worths[VALUE, k, i] = worth
+                tally.in_right += 1
+                worth.sorted = worth.arrived
             elif account.fate == MISPLACED:
-                fates[IN_WRONG, k, kind] += 1
+                tally.in_wrong += 1
             elif account.fate == FLOOR:
-                fates[ON_FLOOR, k, kind] += 1
+                tally.on_floor += 1
             else:
-                fates[PASSED, k, kind] += 1
-                worths[PASSED_VALUE, k, i] = worth
-                fates[TRIED, k, kind] += account.attempts > 0
+                tally.passed += 1
+                worth.passed = worth.arrived
+                tally.tried += account.attempts > 0
