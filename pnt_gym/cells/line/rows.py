@@ -56,7 +56,7 @@ class LineNumbers(Row):
     dwell: float = field("s", "time in which the cup grips")
     ceiling: float = field("m", "height above the pick that a hand does not leave")
     coast: float = field("s", "time at constant velocity after the release")
-    gravity_share: float = field("-", "share of gravity with which a hand falls while it brakes; NaN without a bound")
+    gravity_share: float = field("-", "share of gravity with which a hand falls while it brakes; 0 without a bound")
     reserve: float = field("m", "displacement of the target with which a throw has to be possible")
     workspace: Quadruple = field("m", "semi-axes along x and y, least and greatest height of the workspace")
 
@@ -206,20 +206,6 @@ class Choice(Row):
     heirs: float = field("-", "robots downstream that can take the object")
     reaches: float = field("s", "time until the object enters the window of the first heir; 0 without an heir")
     queue: float = field("-", "objects between the object and that window that the heir can take")
-
-
-@final
-class Short(Row):
-    """A throw that is over before the hand reaches its limits; its time needs NumPy's cube roots."""
-
-    choice: int = field("-", "index of the planned throw")
-    stroke: float = field("m", "twice the way to the release")
-    speed: float = field("m/s", "speed at the release")
-    jerk: float = field("m/s3", "limit of the jerk")
-    braking: float = field("m/s2", "limit of the acceleration after the release")
-    fading: float = field("s", "time in which the belt's speed fades")
-    top: float = field("m/s", "greatest speed of the stroke; its cube before the roots are drawn")
-    peak: float = field("m/s2", "greatest acceleration of the stroke; its cube before the roots are drawn")
 
 
 @final

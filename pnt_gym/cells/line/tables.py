@@ -76,7 +76,7 @@ def _line_row(config: LineConfig, planner: PickPlanner) -> Rows1[LineNumbers]:
         dwell=motion.dwell,
         ceiling=motion.ceiling,
         coast=motion.follow_through.window,
-        gravity_share=np.nan if share is None else share,
+        gravity_share=share or 0.0,
         reserve=motion.reserve,
         workspace=[space.semi_x, space.semi_y, space.z_min, space.z_max],
     )

@@ -98,7 +98,7 @@ class MotionLimits:
         return None
 
     def arrays(self, count: int) -> LimitRows:
-        """Return velocity, acceleration and jerk as contiguous (count,) arrays.
+        """Return velocity, acceleration and jerk as arrays (count,) of their own.
 
         Raises:
             ValueError: if the limits are given per throw and their number is not ``count``.
@@ -106,7 +106,7 @@ class MotionLimits:
         if self.count not in (None, count):
             raise PlanningError(f"the limits hold {self.count} throws but {count} are planned")
         fields = (self.velocity, self.acceleration, self.jerk)
-        return LimitRows(*(np.ascontiguousarray(np.broadcast_to(field, (count,))) for field in fields))
+        return LimitRows(*(np.full(count, field) for field in fields))
 
     def numbers(self) -> tuple[float, float, float]:
         """Return velocity, acceleration and jerk as plain numbers.

@@ -25,19 +25,14 @@ from typing import Final, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, in_order
+from pnt_gym.arrays import Bools, Floats
 from pnt_gym.planning.motion import kernel
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.motion.scurve import peaks, stroke_time
-from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.planning.motion.rows import Segments
 
 DOWNSTREAM: Final = np.array([1.0, 0.0, 0.0])
 """Direction in which belts move."""
-MOST_SHARE: Final = 0.5
-"""Largest share of the acceleration limit that the fading may take."""
-USUAL_SPEED: Final = 2.5
-"""Release speed [m/s] whose run-up time sets the usual fading time: longer fadings would delay the throws."""
 _HALVINGS: Final = 60
 
 
@@ -54,9 +49,7 @@ class Fading:
     @classmethod
     def for_limits(cls, limits: Limits, count: int, speed: float) -> Self:
         """Return fadings of a belt's speed [m/s] that do not reduce the speed limit of ``count`` hands."""
-        time = np.empty(count)
-        kernel.fading_times(LimitRows(*in_order(*limits.arrays(count))), speed, USUAL_SPEED, MOST_SHARE, time)
-        return cls(speed, time)
+        return cls(speed, kernel.fade(limits.arrays(count), speed))
 
     @property
     def way(self) -> Floats:
@@ -70,30 +63,21 @@ class Fading:
 
     def is_possible(self, limits: Limits) -> Bools:
         """Whether the fading takes no more than `MOST_SHARE` of the limits (N,)."""
-        return self.time >= _shortest_time(self.speed, limits.arrays(len(self.time)).acceleration)
+        return kernel.may_fade(self.time, self.speed, limits.arrays(len(self.time)))
 
     def planning_limits(self, limits: Limits) -> LimitRows:
         """Limits that the fading leaves to the planned motions; placeholders where the fading is not possible."""
-        remaining = LimitRows(*np.array(limits.arrays(len(self.time))))
-        kernel.reduce_limits(self.time, self.speed, MOST_SHARE, remaining)
-        return remaining
+        return kernel.planning_limits(self.time, self.speed, limits.arrays(len(self.time)))
 
     def fade_out(self) -> Segments:
         """Segments of the fading from the belt's speed to rest."""
-        return self._segments(-1.0, 2)
+        return kernel.grow(self.time, -self.speed, 2)
 
     def fade_in(self, begin: Floats) -> Segments:
         """Segments of the growth from rest to the belt's speed, beginning at times (N,) [s]."""
-        growth = self._segments(1.0, 3)
+        growth = kernel.grow(self.time, self.speed, 3)
         growth.durations[:, 0] = begin
         return growth
-
-    def _segments(self, sign: float, count: int) -> Segments:
-        """Segments of which the last two are the growth (sign 1) or the fading (-1)."""
-        rows = len(self.time)
-        segments = Segments(np.empty((rows, count)), np.empty((rows, count, 3)))
-        kernel.write_fading(self.time, self.speed, sign, segments)
-        return segments
 
 
 def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
@@ -110,9 +94,9 @@ def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
     """
     velocity, acceleration, jerk = limits
     usual = Fading.for_limits(limits, len(velocity), speed).time.min()
-    height = np.full(len(velocity), drop)
-    slow = np.maximum(peaks(height, *limits)[0], 0.5 * acceleration**2 / jerk) + speed <= velocity
-    stopping = stroke_time(height, *limits) + velocity / acceleration + acceleration / jerk
+    descent = kernel.strokes(np.full(len(velocity), drop), limits)
+    slow = np.maximum(descent["speed"], 0.5 * acceleration**2 / jerk) + speed <= velocity
+    stopping = descent["time"] + velocity / acceleration + acceleration / jerk
     return float(max(usual, stopping.min()) if slow.all() else usual)
 
 
@@ -125,8 +109,3 @@ def fastest_belt(limits: LimitRows) -> float:
         return np.array([Fading(float(speed[0]), np.full(count, time)).is_possible(limits).all()])
 
     return float(bisect(rides, np.zeros(1), limits.velocity.max(keepdims=True), _HALVINGS)[0][0])
-
-
-def _shortest_time(speed: float, acceleration: Floats) -> Floats:
-    """Shortest fading times (N,) [s]: the peak 2 s / T equals `MOST_SHARE` of the acceleration limits (N,) [m/s2]."""
-    return 2.0 * speed / (MOST_SHARE * acceleration)

@@ -9,8 +9,8 @@ from pnt_gym.cells.conveyor.sections import FollowThrough
 from pnt_gym.planning import plan_release_batch
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import MOST_SHARE, Fading
+from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.scurve import accelerate, brake, brake_distance, coast, rest_to_rest
-from pnt_gym.planning.motion.trajectory import Segments
 from tests.tools.throws import same_bits, straight_mover
 
 COUNT = 500

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import concatenate_records
+from pnt_gym.planning.motion.kernel import superpose
 from pnt_gym.planning.motion.limits import LimitRows, MotionLimits
 from pnt_gym.planning.motion.riding import Fading, arrival_time, fastest_belt
 from pnt_gym.planning.motion.scurve import accelerate, coast, rest_to_rest
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, superpose
+from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
 COUNT = 2000
 

@@ -21,9 +21,10 @@ from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, ThrowMotion
+from pnt_gym.planning.motion.kernel import superpose
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.riding import DOWNSTREAM, Fading, arrival_time
-from pnt_gym.planning.motion.trajectory import Segments, superpose
+from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch, TargetChoice
 
 STOPPING: Final = ("straight",)
