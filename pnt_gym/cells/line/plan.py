@@ -6,6 +6,7 @@ The robots move as by `StraightMover` and `TrackingMover`; lines need the ends o
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +15,10 @@ from pnt_gym.cells.line.choose import landing_chance
 from pnt_gym.cells.line.rows import Candidate, Choice, LineNumbers, Meeting, Rider, Seen, Setting, Site, Tables
 from pnt_gym.cells.line.sight import list_candidates
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
-from pnt_gym.planning.motion.chase import Chase, earliest, search_end
+from pnt_gym.planning.motion.hunt import meet
 from pnt_gym.planning.motion.intercept import HORIZON
-from pnt_gym.planning.motion.strokes import fading_time, least_fading, limits_beside, stop_phases, stroke_time
+from pnt_gym.planning.motion.rows import Hunt
+from pnt_gym.planning.motion.strokes import fading_time, least_fading, limits_beside, stop_phases
 from pnt_gym.planning.straight.kernel import (
     braking_limit,
     choose_slopes,
@@ -26,41 +28,10 @@ from pnt_gym.planning.straight.kernel import (
     reserve_shift,
     stop_distance,
 )
-from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.planning.straight.rows import Space, StopRules, Throw
 from pnt_gym.rows import Floats1, Floats2, Ints1, Rows1, Rows2
 
-CHASE, MEETING, CHOICE, THROW = Chase.dtype, Meeting.dtype, Choice.dtype, Throw.dtype
-
-
-@kernel_part
-def _set_up(line: LineNumbers, setting: Setting, point: Floats1, hand: Floats1, chase: Chase) -> bool:
-    """Write the chase of a hand after a point, as `plan_intercept`; returns whether the point comes in time."""
-    speed, x = line.speed, point[0]
-    for axis in range(3):
-        chase.way[axis] = point[axis] - hand[axis]
-    chase.way[2] += line.clearance
-    velocity, acceleration, jerk = setting.velocity, setting.way_acceleration, setting.way_jerk
-    chase.belt[0], chase.belt[1], chase.belt[2], chase.descent = speed, 0.0, 0.0, setting.descent
-    chase.velocity, chase.acceleration, chase.jerk = velocity, acceleration, jerk
-    low_time, high_time = (setting.low - x) / speed, (setting.high - x) / speed
-    first, last = max(min(low_time, high_time), 0.0), min(max(low_time, high_time), HORIZON)
-    chase.first, chase.last = (first, last) if first <= last else (0.0, 0.0)
-    way = chase.way
-    far = math.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
-    chase.end = search_end(far, line.pace, (velocity, acceleration, jerk), setting.descent)
-    return first <= last and first <= HORIZON
-
-
-@kernel_part
-def _wait(line: LineNumbers, setting: Setting, chase: Chase, time: float) -> float:
-    """Standstill of a hand above the belt before a meeting [s]."""
-    if time > chase.first:
-        return 0.0
-    x, y, z = chase.way[0] + time * line.speed, chase.way[1], chase.way[2]
-    stroke = math.sqrt(x * x + y * y + z * z)
-    travel = stroke_time(stroke, setting.velocity, setting.way_acceleration, setting.way_jerk)
-    return max(time - travel - setting.descent, 0.0)
+HUNT, MEETING, CHOICE, THROW = Hunt.dtype, Meeting.dtype, Choice.dtype, Throw.dtype
 
 
 @kernel_part
@@ -69,34 +40,28 @@ def _meet_candidates(
 ) -> Rows1[Meeting]:
     """Find the candidates that hands meet in time, in their order; the other arguments are those of `plan_options`."""
     most, line = len(candidates), tables.line[0]
-    points, chases, is_open = np.empty((most, 3)), empty_rows(most, CHASE), np.empty(most, dtype=np.bool_)
+    hunts, meetings, count = empty_rows(most, HUNT), empty_rows(most, MEETING), 0
     for c in range(most):
-        candidate = candidates[c]
+        candidate, hunt = candidates[c], hunts[c]
         setting = tables.settings[candidate.setting]
         rider = riders[lines[candidate.line], seen[candidate.line, candidate.place].index]
-        points[c, 0], points[c, 1] = candidate.x - setting.early, rider.lane_y
-        points[c, 2] = line.height + rider.height + LIP_GAP - rider.known_depth
-        is_open[c] = _set_up(line, setting, points[c], hands[candidate.line], chases[c])
-    times, meetings, count = earliest(chases), empty_rows(most, MEETING), 0
+        hunt.place[0], hunt.place[1] = candidate.x - setting.early, rider.lane_y
+        hunt.place[2] = line.height + rider.height + LIP_GAP - rider.known_depth
+        hunt.belt[0], hunt.belt[1], hunt.belt[2], hunt.clearance = line.speed, 0.0, 0.0, line.clearance
+        hunt.velocity, hunt.acceleration, hunt.jerk = setting.velocity, setting.way_acceleration, setting.way_jerk
+        hunt.low, hunt.high, hunt.earliest = setting.low, setting.high, 0.0
+        for axis in range(3):
+            hunt.hand[axis] = hands[candidate.line, axis]
+    intercepts = meet(hunts, 0, HORIZON)
     for c in range(most):
-        setting, time = tables.settings[candidates[c].setting], times[c]
-        if not (is_open[c] and time >= setting.least_time and time <= line.horizon):
-            continue
-        meeting = meetings[count]
-        meeting.candidate, meeting.time = c, time
-        meeting.wait = _wait(line, setting, chases[c], time)
-        meeting.pick[0] = points[c, 0] + time * line.speed + setting.behind
-        meeting.pick[1], meeting.pick[2] = points[c, 1], points[c, 2]
-        count += 1
+        setting, intercept = tables.settings[candidates[c].setting], intercepts[c]
+        if intercept.feasible and setting.least_time <= intercept.time <= line.horizon:
+            meeting = meetings[count]
+            meeting.candidate, meeting.time, meeting.wait = c, intercept.time, intercept.wait
+            meeting.pick[0] = intercept.position[0] + setting.behind
+            meeting.pick[1], meeting.pick[2] = intercept.position[1], intercept.position[2]
+            count += 1
     return meetings[:count]
-
-
-@kernel
-def write_descents(clearance: float, settings: Rows1[Setting]) -> None:
-    """Write the times of the descents of speed settings, from their other fields."""
-    for s in range(len(settings)):
-        setting = settings[s]
-        setting.descent = stroke_time(clearance, setting.velocity, setting.way_acceleration, setting.way_jerk)
 
 
 @kernel_part
@@ -133,7 +98,7 @@ def _write_pick(tables: Tables, candidate: Candidate, meeting: Meeting, index: i
 
 @kernel_part
 def _write_throw(
-    line: LineNumbers, rules: StopRules, throw: Throw, release: ReleaseBatch, fading: float, choice: Choice
+    line: LineNumbers, rules: StopRules, throw: Throw, release: Any, fading: float, choice: Choice
 ) -> None:
     """Write the times of a throw, and the place at which the hand stands still after it."""
     braking = braking_limit(throw.acceleration, rules.gravity_share, release.direction[2])

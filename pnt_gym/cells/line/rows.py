@@ -41,7 +41,6 @@ class LineNumbers(Row):
     """What is the same for all robots and objects of a line."""
 
     speed: float = field("m/s", "speed of the belt")
-    pace: float = field("m/s", "length of the belt's velocity")
     height: float = field("m", "height of the belt")
     rides: bool = field("-", "whether hands ride with the belt")
     sight_low: float = field("m", "upstream end of the sight")
@@ -99,7 +98,6 @@ class Setting(Row):
     jerk: float = field("m/s3", "limit of the jerk")
     way_acceleration: float = field("m/s2", "acceleration that is left for the way to an object")
     way_jerk: float = field("m/s3", "jerk that is left for the way to an object")
-    descent: float = field("s", "time of the descent to an object")
     least_time: float = field("s", "least time of a way to an object")
     early: float = field("m", "distance ahead of the object at which the way ends")
     behind: float = field("m", "distance from the end of the way to the lift")

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pnt_gym.arrays import Ints, concatenate_records, length
+from pnt_gym.arrays import Ints, concatenate_records
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.line import plan
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.rows import Choice, LineNumbers, Setting, Site, Standstill, Station, Tables
@@ -61,7 +60,6 @@ def _line_row(config: LineConfig, planner: PickPlanner) -> Rows1[LineNumbers]:
     return LineNumbers.zeros(
         1,
         speed=belt.speed,
-        pace=length(np.array([belt.speed, 0.0, 0.0])),
         height=belt.height,
         rides=belt.tracking,
         sight_low=upstream,
@@ -94,7 +92,7 @@ def _settings(kind: ConveyorConfig) -> Rows1[Setting]:
         least_time, early = arrival, belt.speed * arrival / 2.0
         behind = belt.speed * (arrival / 2.0 + motion.dwell)
     low, high = kind.lift_x
-    settings = Setting.zeros(
+    return Setting.zeros(
         len(limits.velocity),
         percent=kind.limits.percent,
         velocity=limits.velocity,
@@ -108,5 +106,3 @@ def _settings(kind: ConveyorConfig) -> Rows1[Setting]:
         low=low - behind,
         high=high - behind,
     )
-    plan.write_descents(motion.clearance, settings)
-    return settings
