@@ -10,6 +10,7 @@ from pnt_gym.cells.line import choose, sight
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.choosing import Sight
 from pnt_gym.cells.line.rows import Choice, LineState
+from pnt_gym.planning.motion.kernel import fade
 from pnt_gym.planning.motion.limits import LimitRows
 
 
@@ -84,6 +85,7 @@ def _plan_kind(chooser: Any, planner: Any, candidates: Any, look: Sight, hand: A
         lift=lift,
         wait=meeting.wait[rows],
         leave=lift + (belt.pick_x[1] - pick[:, 0]) / belt.speed,
+        fading=fade(take(LimitRows.t3kr(percent), rows), belt.speed, 0.0).time if belt.tracking else 0.0,
         throwing=motion.stop_time,
         cycle=lift + motion.stop_time,
         stop=motion.stop,

@@ -97,14 +97,12 @@ def _write_pick(tables: Tables, candidate: Candidate, meeting: Meeting, index: i
 
 
 @kernel_part
-def _write_throw(
-    line: LineNumbers, rules: StopRules, throw: Throw, release: Any, fading: float, choice: Choice
-) -> None:
+def _write_throw(rules: StopRules, throw: Throw, release: Any, fading: float, choice: Choice) -> None:
     """Write the times of a throw, and the place at which the hand stands still after it."""
     braking = braking_limit(throw.acceleration, rules.gravity_share, release.direction[2])
     ramp, plateau = stop_phases(release.speed, braking, throw.jerk)
     # A throw that is shorter than the fading of the belt's speed begins later.
-    choice.throwing = max(release.time, fading if line.rides else 0.0) + rules.window + (2.0 * ramp + plateau)
+    choice.fading, choice.throwing = fading, max(release.time, fading) + rules.window + (2.0 * ramp + plateau)
     choice.cycle = choice.lift + choice.throwing
     way = stop_distance(release.distance, release.speed, rules.window, braking, throw.jerk)
     for axis in range(3):
@@ -137,7 +135,7 @@ def _plan_throws(
         if is_good[m] and is_accepted[m]:
             choice, candidate = choices[good], candidates[meetings[m].candidate]
             _write_pick(tables, candidate, meetings[m], seen[candidate.line, candidate.place].index, choice)
-            _write_throw(line, rules, throws[m], releases[m], fading[m], choice)
+            _write_throw(rules, throws[m], releases[m], fading[m], choice)
             good += 1
     return choices[:good]
 

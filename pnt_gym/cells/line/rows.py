@@ -195,6 +195,7 @@ class Choice(Row):
     lift: float = field("s", "time until the object is lifted, dwell included")
     wait: float = field("s", "part of `lift` in which the hand stands still above the belt")
     leave: float = field("s", "time until the object can no longer be lifted")
+    fading: float = field("s", "time from the lift until an empty hand stands still that rides with the belt")
     throwing: float = field("s", "time from the lift until the hand stands still after the throw")
     cycle: float = field("s", "time until the robot is free again")
     stop: Triple = field("m", "place where the hand stops after the throw, from the robot's base")

@@ -24,8 +24,6 @@ from pnt_gym.cells.line.rows import (
 )
 from pnt_gym.cells.line.sight import next_turns, show_objects
 from pnt_gym.compiled import kernel, kernel_part
-from pnt_gym.planning.motion.limits import T3KR_ACCELERATION, T3KR_JERK, T3KR_VELOCITY
-from pnt_gym.planning.motion.strokes import fading_time
 from pnt_gym.rows import Floats1, Floats3, Ints1, Ints2, Ints3, Rows1, Rows2
 
 STRETCH: Final = float(1000.0 + (np.sqrt(5.0) - 1.0) / 2.0)
@@ -125,19 +123,13 @@ def throw_by_table(
 @kernel_part
 def _end_cycle(tables: Tables, choice: Choice, picked: bool, arm: RobotState) -> float:
     """Write the place at which a hand is free after a decision; returns the time until then [s]."""
-    line = tables.line[0]
     for axis in range(3):
         arm.hand[axis] = choice.stop[axis] if picked else choice.pick[axis]
     if picked:
         return choice.cycle
-    if not line.rides:
-        return choice.lift
-    # Time until an empty hand that rides with the belt stands still, as `stop_motion` [s].
-    velocity, peak = T3KR_VELOCITY * choice.percent / 100.0, T3KR_ACCELERATION * choice.percent / 100.0
-    stop_time = fading_time(line.speed, velocity, peak, T3KR_JERK * choice.percent / 100.0)
     # The velocity of the belt fades evenly on average: its way is s T / 2.
-    arm.hand[0] += line.speed * stop_time / 2.0
-    return choice.lift + stop_time
+    arm.hand[0] += tables.line[0].speed * choice.fading / 2.0
+    return choice.lift + choice.fading
 
 
 @kernel

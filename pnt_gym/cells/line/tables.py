@@ -12,8 +12,9 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.rows import Choice, LineNumbers, Setting, Site, Standstill, Station, Tables
+from pnt_gym.planning.motion.kernel import fade
 from pnt_gym.planning.motion.limits import LimitRows
-from pnt_gym.planning.motion.riding import Fading, arrival_time
+from pnt_gym.planning.motion.riding import arrival_time
 from pnt_gym.rows import Rows1
 
 
@@ -88,7 +89,7 @@ def _settings(kind: ConveyorConfig) -> Rows1[Setting]:
     if belt.tracking:
         # The way of the hand ends upstream of the object, where the hand begins to ride.
         arrival = arrival_time(limits, belt.speed, motion.clearance)
-        way = Fading(belt.speed, np.zeros(len(limits.velocity)) + arrival).planning_limits(limits)
+        way = fade(limits, belt.speed, arrival).left
         least_time, early = arrival, belt.speed * arrival / 2.0
         behind = belt.speed * (arrival / 2.0 + motion.dwell)
     low, high = kind.lift_x

@@ -13,7 +13,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.planning.motion.limits import LimitRows
-from pnt_gym.planning.motion.rows import Borders, Knot, Segments, Start, Stroke
+from pnt_gym.planning.motion.rows import Borders, Fading, Knot, Segments, Start, Stroke
 from pnt_gym.planning.motion.strokes import (
     fading_time,
     least_fading,
@@ -22,7 +22,7 @@ from pnt_gym.planning.motion.strokes import (
     stop_phases,
     stroke_phases,
 )
-from pnt_gym.rows import Bools1, Floats1, Floats2, Floats3, Ints2, Rows1, Rows2
+from pnt_gym.rows import Floats1, Floats2, Floats3, Ints2, Rows1, Rows2
 
 RUN_UP, STOP, MOVE = 4, 3, 7
 """Numbers of segments: up to a release and half the cruise; of a stop; of a move from rest to rest."""
@@ -270,30 +270,20 @@ def strokes(distance: Floats1, limits: LimitRows) -> Rows1[Stroke]:
 
 
 @kernel
-def fade(limits: LimitRows, speed: float) -> Floats1:
-    """Compute the durations (N,) [s] in which a belt's speed fades from hands with limits."""
-    time = np.empty(len(limits.velocity))
-    for row in range(len(time)):
-        time[row] = fading_time(speed, limits.velocity[row], limits.acceleration[row], limits.jerk[row])
-    return time
-
-
-@kernel
-def planning_limits(time: Floats1, speed: float, limits: LimitRows) -> LimitRows:
-    """Compute the limits that fadings of durations (N,) [s] leave."""
-    acceleration, jerk = np.empty(len(time)), np.empty(len(time))
-    for row in range(len(time)):
-        acceleration[row], jerk[row] = limits_beside(time[row], speed, limits.acceleration[row], limits.jerk[row])
-    return LimitRows(limits.velocity, acceleration, jerk)
-
-
-@kernel
-def may_fade(time: Floats1, speed: float, limits: LimitRows) -> Bools1:
-    """Compute whether fadings in durations (N,) [s] take no more than their share of the limits."""
-    is_possible = np.empty(len(time), dtype=np.bool_)
-    for row in range(len(time)):
-        is_possible[row] = time[row] >= least_fading(speed, limits.acceleration[row])
-    return is_possible
+def fade(limits: LimitRows, speed: float, time: float) -> Fading:
+    """Compute the fadings of a belt's speed from N hands with limits, in a time [s]; 0 where the limits decide."""
+    count = len(limits.velocity)
+    acceleration, jerk, lead = np.empty(count), np.empty(count), np.zeros((count, 3))
+    fading = Fading(
+        np.empty(count), lead, np.empty(count, dtype=np.bool_), LimitRows(limits.velocity, acceleration, jerk)
+    )
+    for row in range(count):
+        velocity, peak, sharpest = limits.velocity[row], limits.acceleration[row], limits.jerk[row]
+        duration = time if time > 0.0 else fading_time(speed, velocity, peak, sharpest)
+        fading.time[row], lead[row, 0] = duration, speed * duration / 2.0
+        fading.is_possible[row] = duration >= least_fading(speed, peak)
+        acceleration[row], jerk[row] = limits_beside(duration, speed, peak, sharpest)
+    return fading
 
 
 @kernel

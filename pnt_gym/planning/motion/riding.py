@@ -19,65 +19,18 @@ motion has at every time at least the fading's acceleration, so its speed is bel
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Final, Self, final
+from typing import Final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.planning.motion import kernel
-from pnt_gym.planning.motion.limits import LimitRows, Limits
+from pnt_gym.planning.motion.kernel import fade, strokes
+from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.motion.rows import Segments
 
 DOWNSTREAM: Final = np.array([1.0, 0.0, 0.0])
 """Direction in which belts move."""
 _HALVINGS: Final = 60
-
-
-@final
-@dataclass(frozen=True)
-class Fading:
-    """Fading of the belt's velocity from N hands, or its growth on them."""
-
-    speed: float
-    """Speed of the belt [m/s]."""
-    time: Floats
-    """Duration T of the fading (N,) [s]."""
-
-    @classmethod
-    def for_limits(cls, limits: Limits, count: int, speed: float) -> Self:
-        """Return fadings of a belt's speed [m/s] that do not reduce the speed limit of ``count`` hands."""
-        return cls(speed, kernel.fade(limits.arrays(count), speed))
-
-    @property
-    def way(self) -> Floats:
-        """Distance that the fading velocity covers, s T / 2 (N,) [m]."""
-        return self.speed * self.time / 2.0
-
-    @cached_property
-    def lead(self) -> Floats:
-        """Virtual starts relative to the true starts (N, 3) [m]."""
-        return self.way[:, None] * DOWNSTREAM
-
-    def is_possible(self, limits: Limits) -> Bools:
-        """Whether the fading takes no more than `MOST_SHARE` of the limits (N,)."""
-        return kernel.may_fade(self.time, self.speed, limits.arrays(len(self.time)))
-
-    def planning_limits(self, limits: Limits) -> LimitRows:
-        """Limits that the fading leaves to the planned motions; placeholders where the fading is not possible."""
-        return kernel.planning_limits(self.time, self.speed, limits.arrays(len(self.time)))
-
-    def fade_out(self) -> Segments:
-        """Segments of the fading from the belt's speed to rest."""
-        return kernel.grow(self.time, -self.speed, 2)
-
-    def fade_in(self, begin: Floats) -> Segments:
-        """Segments of the growth from rest to the belt's speed, beginning at times (N,) [s]."""
-        growth = kernel.grow(self.time, self.speed, 3)
-        growth.durations[:, 0] = begin
-        return growth
 
 
 def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
@@ -93,8 +46,8 @@ def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
         drop: height of a descent from rest to rest that ends every return [m]; 0 where there may be none.
     """
     velocity, acceleration, jerk = limits
-    usual = Fading.for_limits(limits, len(velocity), speed).time.min()
-    descent = kernel.strokes(np.full(len(velocity), drop), limits)
+    usual = fade(limits, speed, 0.0).time.min()
+    descent = strokes(np.full(len(velocity), drop), limits)
     slow = np.maximum(descent["speed"], 0.5 * acceleration**2 / jerk) + speed <= velocity
     stopping = descent["time"] + velocity / acceleration + acceleration / jerk
     return float(max(usual, stopping.min()) if slow.all() else usual)
@@ -102,10 +55,9 @@ def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
 
 def fastest_belt(limits: LimitRows) -> float:
     """The fastest belt [m/s] with which N hands can ride, if all hands take the shortest of their fading times."""
-    count = len(limits.velocity)
 
     def rides(speed: Floats) -> Bools:
-        time = Fading.for_limits(limits, count, float(speed[0])).time.min()
-        return np.array([Fading(float(speed[0]), np.full(count, time)).is_possible(limits).all()])
+        time = fade(limits, speed.item(), 0.0).time.min()
+        return np.array([fade(limits, speed.item(), time).is_possible.all()])
 
     return float(bisect(rides, np.zeros(1), limits.velocity.max(keepdims=True), _HALVINGS)[0][0])

@@ -7,7 +7,8 @@ from typing import NamedTuple, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length
-from pnt_gym.rows import Columns, Floats2, Floats3, Row, Triple, field
+from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.rows import Bools1, Columns, Floats1, Floats2, Floats3, Row, Triple, field
 
 
 @final
@@ -56,6 +57,19 @@ class Borders(NamedTuple):
     position: Floats3
     velocity: Floats3
     acceleration: Floats3
+
+
+class Fading(NamedTuple):
+    """Fadings of a belt's velocity from N hands, or its growths on them."""
+
+    time: Floats1
+    """Durations T (N,) [s]."""
+    lead: Floats2
+    """Virtual starts relative to the true starts (N, 3): the ways s T / 2 of the fading velocities [m]."""
+    is_possible: Bools1
+    """Whether the fadings take no more than their share of the limits (N,)."""
+    left: LimitRows
+    """Limits that the fadings leave to the planned motions; placeholders where a fading is not possible."""
 
 
 class Hunt(Row):

@@ -6,9 +6,8 @@ import pytest
 from pnt_gym.arrays import concatenate_records
 from pnt_gym.cells.conveyor.sections import FollowThrough
 from pnt_gym.planning import JerkTrajectory, plan_release_batch
-from pnt_gym.planning.motion.kernel import go_back
+from pnt_gym.planning.motion.kernel import fade, go_back, grow
 from pnt_gym.planning.motion.limits import LimitRows
-from pnt_gym.planning.motion.riding import Fading
 from pnt_gym.planning.motion.scurve import coast, rest_to_rest
 from pnt_gym.planning.motion.strokes import MOST_SHARE
 from tests.tools.throws import same_bits, straight_mover
@@ -63,15 +62,15 @@ def test_returns_go_straight_wait_and_come_down(clearance):
 
 def test_a_fading_is_two_equal_ramps_and_leaves_what_it_does_not_take():
     _, limits = random_limits(3)
-    fading = Fading.for_limits(limits, COUNT, 0.4)
+    fading = fade(limits, 0.4, 0.0)
     start, speed = np.zeros((COUNT, 3)), np.array([0.4, 0.0, 0.0])
-    out = JerkTrajectory.concatenate(start, [fading.fade_out()], start + speed)
+    out = JerkTrajectory.concatenate(start, [grow(fading.time, -0.4, 2)], start + speed)
     np.testing.assert_allclose(out.end, fading.lead, atol=1e-12)
     np.testing.assert_allclose(out.knots.velocity[:, -1], 0.0, atol=1e-12)
-    grown = JerkTrajectory.concatenate(start, [fading.fade_in(np.full(COUNT, 0.3))])
-    np.testing.assert_allclose(grown.duration, 0.3 + fading.time, rtol=1e-12)
+    grown = JerkTrajectory.concatenate(start, [grow(fading.time, 0.4, 2)])
+    np.testing.assert_allclose(grown.duration, fading.time, rtol=1e-12)
     np.testing.assert_allclose(grown.knots.velocity[:, -1], start + speed, atol=1e-12)
-    left, peak = fading.planning_limits(limits), 2.0 * 0.4 / fading.time
+    left, peak = fading.left, 2.0 * 0.4 / fading.time
     assert same_bits(left.velocity, limits.velocity)
     for part, limit, taken in (
         (left.acceleration, limits.acceleration, peak),

@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Floats, in_order, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.planning.motion.intercept import meet_on_belt
+from pnt_gym.planning.motion.hunt import meet
+from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.kernel import go_back
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.motion.rows import Segments
+from pnt_gym.planning.motion.rows import Hunt, Intercept, Segments
 from pnt_gym.planning.motion.scurve import coast
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.straight.kernel import throw_motions
@@ -244,8 +245,10 @@ class StraightMover(Mover):
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings of hands that move from rest to rest, without motions."""
-        rows, belt = limits.arrays(len(place)), self._belt
-        intercept = meet_on_belt(motion.stop, place, belt.speed, rows, self._clearance, belt.pick_x)
+        (low, high), speed, count = self._belt.pick_x, self._belt.speed, len(place)
+        ends = {"hand": motion.stop, "place": place, "belt": [speed, 0.0, 0.0], "clearance": self._clearance}
+        hunts = Hunt.zeros(count, low=low, high=high, **ends, **limits.arrays(count)._asdict())
+        intercept = Intercept(meet(hunts, 0, HORIZON))
         met = intercept.feasible
         position = np.where(met[:, None], intercept.position, place)
         return Meeting.at(position, np.where(met, intercept.time, 0.0), np.where(met, intercept.wait, 0.0), met, None)
