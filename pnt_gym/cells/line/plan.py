@@ -17,18 +17,18 @@ from pnt_gym.cells.line.sight import list_candidates
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.planning.motion.hunt import meet
 from pnt_gym.planning.motion.intercept import HORIZON
+from pnt_gym.planning.motion.limits import Space, space_margin
 from pnt_gym.planning.motion.rows import Hunt
 from pnt_gym.planning.motion.strokes import fading_time, least_fading, limits_beside, stop_phases
 from pnt_gym.planning.straight.kernel import (
     braking_limit,
     choose_slopes,
-    is_inside,
     keep_stops_inside,
     release_rows,
     reserve_shift,
     stop_distance,
 )
-from pnt_gym.planning.straight.rows import Space, StopRules, Throw
+from pnt_gym.planning.straight.rows import StopRules, Throw
 from pnt_gym.rows import Floats1, Floats2, Ints1, Rows1, Rows2
 
 HUNT, MEETING, CHOICE, THROW = Hunt.dtype, Meeting.dtype, Choice.dtype, Throw.dtype
@@ -126,7 +126,7 @@ def _plan_throws(
         candidate, pick = candidates[meetings[m].candidate], meetings[m].pick
         setting, site = tables.settings[candidate.setting], tables.sites[candidate.site]
         fading[m], is_good[m] = _lay_out(line, setting, site, pick, throws[m])
-        is_good[m] &= is_inside(pick[0], pick[1], pick[2], space)
+        is_good[m] &= space_margin(pick[0], pick[1], pick[2], space) >= 0.0
         shifts[m, 0], shifts[m, 1] = reserve_shift(throws[m], pick, line.reserve)
     releases = release_rows(throws, False, False, choose_slopes(throws, False))
     is_accepted = keep_stops_inside(throws, releases, shifts, rules, space)

@@ -14,13 +14,13 @@ from pnt_gym.arrays import Floats
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.kernel import RUN_UP, STOP, new_segments, write_run_up, write_stop
-from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.planning.motion.limits import LimitRows, Space, space_margin
 from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.strokes import duration, greatest_acceleration, peaks, ramp_distance
 from pnt_gym.planning.straight.bounds import LANES, Box, slope_below_roof, slope_in_bounds
 from pnt_gym.planning.straight.crossing import Line, best_slope, crossing, flight_time, lay_out
 from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, Reason, ReleaseBatch
-from pnt_gym.planning.straight.rows import Ends, Space, StopRules, Throw, ThrowLine
+from pnt_gym.planning.straight.rows import Ends, StopRules, Throw, ThrowLine
 from pnt_gym.rows import Bools1, Floats2, Floats3, Ints1, Rows1
 
 NO_REACH, TOO_HIGH, OUTSIDE, TOO_FLAT = map(int, (Reason.NO_REACH, Reason.CEILING, Reason.WORKSPACE, Reason.ELEVATION))
@@ -125,13 +125,6 @@ def release_rows(
 
 
 @kernel_part
-def is_inside(x: float, y: float, z: float, space: Space) -> bool:
-    """Whether a point lies in a workspace [m]."""
-    east, north = x / space.semi_x, y / space.semi_y
-    return (1.0 - math.sqrt(east * east + north * north)) >= 0.0 and space.z_min <= z <= space.z_max
-
-
-@kernel_part
 def braking_limit(acceleration: float, gravity_share: float, rise: float) -> float:
     """Limit of the acceleration of a hand that brakes on a line with a given sine of the elevation [m/s2].
 
@@ -151,7 +144,7 @@ def _stops_inside(throw: Throw, line: Line, window: float, braking: float, space
     """Whether the hand of a throw along a line stops inside the workspace."""
     way = stop_distance(line.distance, line.speed, window, braking, throw.jerk)
     x, y, z = throw.pick[0] + line.x * way, throw.pick[1] + line.y * way, throw.pick[2] + line.z * way
-    return is_inside(x, y, z, space)
+    return space_margin(x, y, z, space) >= 0.0
 
 
 @kernel_part
@@ -173,7 +166,7 @@ def _is_accepted(
 
     The workspace is convex and the path straight, so the pick and the stop are enough.
     """
-    if not (line.distance >= 0.0 and is_inside(throw.pick[0], throw.pick[1], throw.pick[2], space)):
+    if not (line.distance >= 0.0 and space_margin(throw.pick[0], throw.pick[1], throw.pick[2], space) >= 0.0):
         return False
     braking = braking_limit(throw.acceleration, rules.gravity_share, line.z)
     is_good = _stops_inside(throw, line, rules.window, braking, space)
@@ -228,8 +221,8 @@ def reserve_shift(throw: Throw, origin: Floats, reserve: float) -> tuple[float, 
 
 @kernel
 def choose_targets(
-    throws: Rows1[Throw], targets: Floats3, origins: Floats2, rules: StopRules, space: Space, good: Bools1
-) -> tuple[Ints1, Rows1[ThrowLine]]:
+    throws: Rows1[Throw], targets: Floats3, origins: Floats2, rules: StopRules, space: Space, may_throw: Bools1
+) -> tuple[Ints1, Rows1[ReleaseBatch], Bools1]:
     """Find for each of N objects the first of T targets with an accepted throw; the last target where there is none.
 
     Args:
@@ -238,26 +231,27 @@ def choose_targets(
         origins: picks from which targets are moved along the throw (N, 3) [m].
         rules: rules of the stop.
         space: the workspace.
-        good: which objects may be thrown; overwritten by which throws are accepted (N,).
+        may_throw: which objects may be thrown (N,).
 
     Returns:
-        Indices of the chosen targets (N,), and the lines of their throws.
+        Indices of the chosen targets (N,), the releases, and which throws are accepted (N,).
     """
-    slacks, attempts = np.empty(LANES), np.empty(len(targets), dtype=np.int64)
+    slacks, attempts, good = np.empty(LANES), np.empty(len(targets), dtype=np.int64), np.empty_like(may_throw)
     count, lines = targets.shape[1], empty_rows(len(targets), LINE)
     for row in range(len(targets)):
         throw, line = throws[row], lines[row]
-        may_throw, good[row] = good[row], False
-        for attempt in range(0 if may_throw else count - 1, count):
+        good[row] = False
+        for attempt in range(0 if may_throw[row] else count - 1, count):
             for k in range(3):
                 throw.target[k] = targets[row, attempt, k]
             line.slope, line.moved, line.reason = _choose_slope(throw, False, slacks)
             attempts[row] = attempt
             shift = reserve_shift(throw, origins[row], rules.reserve)
-            if may_throw and _is_accepted(throw, _line_at(throw, line.slope), line.slope, shift, rules, space):
+            along = _line_at(throw, line.slope)
+            if may_throw[row] and _is_accepted(throw, along, line.slope, shift, rules, space):
                 good[row] = True
                 break
-    return attempts, lines
+    return attempts, release_rows(throws, False, True, lines), good
 
 
 @kernel

@@ -20,11 +20,19 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Bools, Floats, Point, finite_points, finite_rows, in_order, number, of_kind
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.ballistics import flight_time
-from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds, MotionLimits, limit_rows
+from pnt_gym.planning.motion.limits import (
+    EllipticWorkspace,
+    LimitRows,
+    Limits,
+    LineBounds,
+    MotionLimits,
+    Space,
+    limit_rows,
+)
 from pnt_gym.planning.straight import kernel
 from pnt_gym.planning.straight.frame import Frame, check_throws, point_of
 from pnt_gym.planning.straight.plan import InfeasibleThrow, Reason, Release, ReleaseBatch, TargetChoice
-from pnt_gym.planning.straight.rows import Space, StopRules, Throw, ThrowLine
+from pnt_gym.planning.straight.rows import StopRules, Throw, ThrowLine
 from pnt_gym.rows import Rows
 
 __all__ = [
@@ -211,9 +219,9 @@ def choose_targets(
         origins: points from which targets are moved along the throw (N, 3) [m].
         may_throw: which objects may be thrown at all (N,).
     """
-    throws, good = _lay_out(picks, targets[:, -1], limits, ceiling=ceiling), may_throw.copy()
-    attempt, lines = kernel.choose_targets(throws, *in_order(targets, origins), *rules, good)
-    return TargetChoice(attempt, ReleaseBatch(kernel.release_rows(throws, False, True, lines)), good)
+    throws, places = _lay_out(picks, targets[:, -1], limits, ceiling=ceiling), in_order(targets, origins)
+    attempt, releases, good = kernel.choose_targets(throws, *places, *rules, *in_order(may_throw))
+    return TargetChoice(attempt, ReleaseBatch(releases), good)
 
 
 def check_bounds(ceiling: float | None, tolerance: float) -> None:

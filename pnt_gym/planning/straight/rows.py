@@ -31,15 +31,6 @@ class ThrowLine(Row):
     reason: int = field("-", "`Reason` why there is no throw")
 
 
-class Space(NamedTuple):
-    """An elliptic workspace: semi-axes along x and y, least and greatest height [m]."""
-
-    semi_x: float
-    semi_y: float
-    z_min: float
-    z_max: float
-
-
 class StopRules(NamedTuple):
     """Rules by which a hand stops after a throw."""
 

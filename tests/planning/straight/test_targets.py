@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from pnt_gym.planning import plan_release_batch
-from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.planning.motion.limits import LimitRows, Space
 from pnt_gym.planning.straight.release import aim_lines, choose_targets, release_at_elevation, stops_inside
-from pnt_gym.planning.straight.rows import Space, StopRules
+from pnt_gym.planning.straight.rows import StopRules
 from tests.tools.throws import same_bits
 
 COUNT, TARGETS = 600, 5

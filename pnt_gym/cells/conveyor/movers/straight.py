@@ -8,7 +8,6 @@ config chooses the subclass.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import astuple
 from functools import cached_property
 from typing import Any, ClassVar, final
 
@@ -35,7 +34,7 @@ from pnt_gym.planning.straight.release import (
     release_at_point,
     stops_inside,
 )
-from pnt_gym.planning.straight.rows import Space, StopRules
+from pnt_gym.planning.straight.rows import StopRules
 from pnt_gym.rows import Columns, Triple, field
 
 _LOWER_STEPS = 24
@@ -193,7 +192,7 @@ class StraightMover(Mover):
         self._clearance = config.motion.clearance
         self._workspace = workspace
         self._rules = StopRules(follow.window, follow.gravity_share or 0.0, config.motion.reserve)
-        self._space = Space(*astuple(workspace))
+        self._space = workspace.space
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """Minimum-time releases: the exact optimum of the problem in Hassan et al. 2022."""
