@@ -145,8 +145,8 @@ def _masses(log: ThrowLog, config: ConveyorConfig, table: ItemTable, z: Draws) -
     empty = np.log(table.mass[kind])
     reading = np.log(log.mass)
     miss = np.nan_to_num(reading[:, None] - empty[:, None] - np.log1p(grid))
-    spoils = 0.5 * miss**2 / max(spread.mass**2 + noise**2, 1e-12) * np.isfinite(reading)[:, None]
-    chance = np.exp(spoils.min(axis=1, keepdims=True) - spoils)
+    cost = 0.5 * miss**2 / max(spread.mass**2 + noise**2, 1e-12) * np.isfinite(reading)[:, None]
+    chance = np.exp(cost.min(axis=1, keepdims=True) - cost)
     cumulated = np.cumsum(chance, axis=1)
     index = (cumulated < norm.cdf(z["residue"])[:, None] * cumulated[:, -1:]).sum(axis=1)
     residue = grid[np.arange(len(kind)), np.minimum(index, RESIDUES - 1)]

@@ -48,5 +48,6 @@ def test_blocks_of_documents_equal_the_results(name):
 def test_a_page_of_results_is_read_in_minutes(name):
     """Its text without tables: at 200 words a minute, two minutes."""
     lines = (RESULTS / f"{name}.md").read_text(encoding="utf-8").splitlines()
-    words = sum(len(line.split()) for line in lines if not line.startswith("|"))
+    # The line about an older world goes when the page is measured anew.
+    words = sum(len(line.split()) for line in lines if not line.startswith(("|", "Measured in world")))
     assert words < 700, words

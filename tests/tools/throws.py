@@ -87,7 +87,7 @@ NO_DELAY = {"valve": 0.0, "tau": 0.0, "jitter": 0.0}
 NO_SPREAD = {
     "mass": 0.0, "size": 0.0, "size_axis": 0.0, "drag": 0.0, "seal": 0.0, "com_depth": 0.0, "grasp": 0.0,
     "height": 0.0, "belt_speed": 0.0, "spin": 0.0, "spin_per_offset": 0.0, "feedforward": 0.0,
-    "residue": 0.0,
+    "residue": 0.0, "restitution": 0.0, "friction": 0.0,
 }  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from tests.tools.throws import make_core
 COUNT, STEPS = 8, 3
 LEVELS = {
     **{name: {"base": name} for name in ("nominal", "waste", "fast", "light")},
-    "blown": {"base": "waste", "cup": {"blow_off": 0.1}},
+    "blown": {"base": "waste", "cup": {"blow_off": 0.1}, "spread": {"blow_off": 0.3}},
 }
 """Shipped levels as they are, and one whose cups blow objects off as well."""
 PICKS = ("belt", "independent")
