@@ -28,8 +28,8 @@ BIN_CAMERA: Final = (
 
 
 FREE_MOTION: Final = (
-    "Releases are taken as logged: nothing is said of the swing and the lip's stiffness, of grips that were lost, or of "
-    "cups that touch their objects again."
+    "Releases are taken as logged: nothing is said of the swing and the lip's stiffness, of grips that were lost, or "
+    "of cups that touch their objects again."
 )
 
 
