@@ -17,6 +17,12 @@ from .learning.runs import RunFolder
 PEERS: Final = {"analytic": ("analytic", 0), "virtual_goal": ("virtual_goal", PRACTICE)}
 """Controllers to compare the policy with, and the number of their practice throws."""
 
+ELSEWHERE: Final = (
+    "The trained policy holds for the cell of level {level}: its valve, its vacuum and its cup. For a cell that nobody "
+    "measured, shipped:cells learns from the landings of each shift: pnt-gym evaluate --controller shipped:cells"
+)
+"""What a user of another cell should know."""
+
 
 @dataclass(frozen=True)
 class Arguments:
@@ -46,6 +52,7 @@ def main(arguments: Arguments) -> None:
         )  # fmt: skip
         title = f"{run_args['env']}, level {run_args['level']}: the same {arguments.picks} {trial.unit} each"
     console().print(trial.record.comparison(title, rows))
+    console().print(ELSEWHERE.format(level=run_args["level"]), markup=False, highlight=False, soft_wrap=True)
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
     """Controller by its name, from a trained policy or from a user's module, fitted to an environment.
 
     Args:
-        name: one of `NAMES`; a shipped policy such as shipped:waste-sac; a run folder, an RL-Zoo folder or a model.zip
+        name: one of `NAMES`; a shipped policy such as shipped:cells; a run folder, an RL-Zoo folder or a model.zip
             (see `agents.learning.trained`); or MODULE:CLASS (see `Controller`), which imports MODULE.
         env: the environment in which the controller will act.
         trust: allow an RL-Zoo folder or a model.zip, whose loading runs their code.
@@ -56,6 +56,8 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
     place = shipped.place(name)
     if is_shipped(name) and name.removeprefix(PREFIX) in DECIDING:
         raise UsageError(f"{name!r} decides on a line; here controllers correct throws")
+    if is_shipped(name) and (own_name := CORRECTING[name.removeprefix(PREFIX)].controller):
+        return named.make(own_name, env, **options)
     if os.path.isdir(place) or name.endswith(".zip"):
         with about(f"controller {name!r}"):
             check_known("setting", options, ())

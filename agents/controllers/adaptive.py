@@ -20,7 +20,7 @@ from pnt_gym.cells.conveyor.observation import FEEDBACK, SHIFT_TABLE
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of
-from .protocol import Actions, Learner, Observation, Outcome, State, to_action
+from .protocol import Actions, Learner, Observation, Outcome, State, is_instructive, to_action
 from .regression import Mlp, OnPolicyRegression
 from .trackers import NoTracker, Tracker, UnseenKinds
 
@@ -111,6 +111,7 @@ class Adaptive(Learner):
         self._seed, self._practising = seed, False
         self._last: tuple[Floats, Floats, Ints] | None = None
         self._throw_counts = np.zeros(len(self._items), dtype=np.int64)
+        self._shift, self._shifts = np.zeros(0, dtype=np.int64), list[Ints]()
         self._static.reset(seed)
         self.restore(self._shipped)
 
@@ -141,10 +142,20 @@ class Adaptive(Learner):
         if self._practising:
             self._static.learn(replace(outcome, observation=without_feedback(outcome.observation)))
             self._throw_counts += np.bincount(outcome.observation.kind, minlength=len(self._throw_counts))
+            self._shifts.append(self._number_shifts(begins_shift(outcome.observation))[is_instructive(outcome)])
+
+    def _number_shifts(self, begins: Bools) -> Ints:
+        """Numbers of the shifts of throws (N,), of which some begin a shift (N,)."""
+        count = len(begins)
+        if len(self._shift) < count:
+            self._shift = np.arange(count)
+        # A new shift of a row is as many numbers further as there are rows.
+        self._shift[:count] += len(self._shift) * begins
+        return self._shift[:count].copy()
 
     def begin_practice(self, throws: int) -> None:
         """Begin the practice of the static policy from its initial state."""
-        self._practising = True
+        self._practising, self._shifts = True, []
         self._static.reset(self._seed)
         self._static.begin_practice(throws)
 
@@ -154,7 +165,9 @@ class Adaptive(Learner):
         self._static.end_practice()
         throws, ideal_offset = self._static.data()
         offset = self._static.predict(Observation(throws.astype(np.float32), np.zeros(len(throws), dtype=np.int64)))
-        self._tracker.study(throws, offset - ideal_offset, self._seed)
+        self._tracker.study(
+            throws, offset - ideal_offset, np.concatenate([*self._shifts, []]).astype(np.int64), self._seed
+        )
         self._set_known_kinds(self._items[self._throw_counts >= MIN_THROWS])
 
     def state(self) -> State:

@@ -1,7 +1,8 @@
-"""Kalman filters of hidden states from landings, in pairs of two hypotheses."""
+"""Kalman filters of hidden states from landings, one for each of several hypotheses."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final, final
 
 import numpy as np
@@ -18,43 +19,50 @@ SURPRISE: Final = 2.5
 
 @final
 class Filters:
-    """Pairs of Kalman filters of the same S unknowns; each pair weighs its filters by their likelihoods.
+    """Sets of Kalman filters of the same S unknowns, one for each of H hypotheses, weighed by their likelihoods.
 
     Args:
-        shape: shape of the array of pairs.
-        priors: initial covariances of the two filters (2, S, S).
-        beliefs: initial weights of the two filters (2,).
-        walks: covariances of the change of the unknowns from one landing to the next (2, S, S).
-        turning: probability from one landing to the next that the other hypothesis becomes true.
-        camera: standard deviation of the bin's camera [m].
+        shape: shape of the array of sets.
+        priors: initial covariances of the filters of a set (H, S, S).
+        beliefs: initial weights of the filters of a set (H,).
+        walks: covariances of the change of the unknowns from one landing to the next (H, S, S).
+        turning: probability from one landing to the next that any hypothesis becomes true, one like the other.
+        noise: covariance of landings with known unknowns (2, 2) [m2].
     """
 
     def __init__(
         self,
         shape: tuple[int, ...],
         priors: Floats,
-        beliefs: tuple[float, float],
+        beliefs: Sequence[float],
         *,
         walks: Floats | float = 0.0,
         turning: float = 0.0,
-        camera: float = BIN_CAMERA,
+        noise: Floats,
     ) -> None:
         self._priors, self._beliefs, self._walks, self._turning = priors, np.array(beliefs), walks, turning
-        self._noise = landing_noise(camera)
+        self._noise = noise
         self.state = np.zeros((*shape, *priors.shape[:-1]))
         self.spread = np.broadcast_to(priors, (*shape, *priors.shape)).copy()
-        self.belief = np.broadcast_to(self._beliefs, (*shape, 2)).copy()
+        self.belief = np.broadcast_to(self._beliefs, (*shape, len(self._beliefs))).copy()
 
     def begin(self, at: Ints) -> None:
-        """Reset some pairs to their priors."""
+        """Reset some sets to their priors."""
         self.state[at], self.spread[at], self.belief[at] = 0.0, self._priors, self._beliefs
 
     def learn(self, at: Ints | tuple[Ints, ...], effect: Floats, z: Floats) -> None:
-        """Update N pairs by landings z (N, 2) [m], with the unknowns' effects on them (N, 2, S)."""
-        state, spread, likely = update(self.state[at], self.spread[at], effect[:, None], z[:, None], self._noise)
-        # Bayes' rule for the two hypotheses, then a Markov switch between them.
+        """Update N sets by landings z [m], with the unknowns' effects on them.
+
+        Args:
+            at: the sets.
+            effect: effects in each filter of a set (N, H, 2, S), or in all alike (N, 1, 2, S).
+            z: the landings (N, H, 2) or (N, 1, 2) [m].
+        """
+        state, spread, likely = update(self.state[at], self.spread[at], effect, z, self._noise)
+        # Bayes' rule for the hypotheses, then a Markov switch between them.
         belief = self.belief[at] * np.exp(likely - likely.max(axis=-1, keepdims=True))
-        belief = (1.0 - self._turning) * belief / belief.sum(axis=-1, keepdims=True) + 0.5 * self._turning
+        belief = (1.0 - self._turning) * belief / belief.sum(axis=-1, keepdims=True)
+        belief += self._turning / len(self._beliefs)
         self.state[at], self.spread[at], self.belief[at] = state, spread, belief
 
     def add_walk(self) -> None:
@@ -62,12 +70,12 @@ class Filters:
         self.spread += self._walks
 
     def estimate(self, at: Ints | tuple[Ints, ...]) -> Floats:
-        """Estimates of the unknowns of N pairs (N, S)."""
+        """Estimates of the unknowns of N sets (N, S)."""
         return (self.belief[at][..., None] * self.state[at]).sum(axis=-2)
 
 
 def landing_noise(camera: float) -> Floats:
-    """Covariance of landings with known unknowns (2, 2) [m2], for a camera with a standard deviation [m]."""
+    """Covariance of the static policy's landings without drift (2, 2) [m2], as a camera of this deviation [m] sees."""
     return np.diag(np.square(NOISE) + (camera**2 - BIN_CAMERA**2))
 
 

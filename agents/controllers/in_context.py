@@ -2,7 +2,8 @@
 
 Practice in a cell without drift gives the static policy's landing errors. The training data put such throws in any
 order and add drifts as the shipped levels draw them, by the physical effect of each drift on every throw. A few throws
-give as many shifts as needed.
+give as many shifts as needed. Where every shift of the practice has another cell, the training data are these shifts,
+with their throws in any order, because a cell stays the same in a shift.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.cli import UsageError
@@ -30,6 +31,8 @@ PICKS: Final = 50
 """Throws in a shift."""
 UNSEEN: Final = 0.3
 """Largest share of landings in a shift without feedback."""
+SHORT: Final = 32
+"""Throws in a training shift that is one of the practice; a shift with fewer landings is not used."""
 BLURRED: Final = 0.02
 """Largest additional standard deviation of another camera over the bins, along and across [m]; in half of the shifts
 the camera is that of the practice."""
@@ -41,12 +44,13 @@ class InContext(Tracker):
 
     Args:
         camera_x: place where the camera sees objects [m].
+        cells_differ: whether every shift of the practice has another cell.
         size: numbers in the network's memory.
         batches: training batches.
     """
 
-    def __init__(self, camera_x: float, size: int = 64, batches: int = 4000) -> None:
-        self._camera_x, self._size, self._batches = camera_x, size, batches
+    def __init__(self, camera_x: float, cells_differ: bool, size: int = 64, batches: int = 4000) -> None:
+        self._camera_x, self._cells_differ, self._size, self._batches = camera_x, cells_differ, size, batches
         self._network: Recurrent | None = None
         self._memory = np.zeros((0, size))
 
@@ -68,9 +72,12 @@ class InContext(Tracker):
             return np.zeros((len(throws), 2))
         return self._network.predict(self._memory, throws)
 
-    def study(self, throws: Floats, z: Floats, seed: int) -> None:
-        """Train the network on simulated shifts made from these throws."""
-        shifts = simulate_shifts(throws, z, self._camera_x, self._batches, seed)
+    def study(self, throws: Floats, z: Floats, shift: Ints, seed: int) -> None:
+        """Train the network on simulated shifts made from these throws, or on these shifts where cells differ."""
+        if self._cells_differ:
+            shifts = shuffle_shifts(throws, z, shift, self._batches, seed)
+        else:
+            shifts = simulate_shifts(throws, z, self._camera_x, self._batches, seed)
         self._network = train(shifts, self._batches, throws.shape[1], seed, self._size)
 
     def state(self) -> State:
@@ -116,3 +123,31 @@ def simulate_shifts(throws: Floats, z: Floats, camera_x: float, batches: int, se
         yield TrainingShifts(
             throws[picks], np.where(has_landing[..., None], observed, 0.0), landing_errors, has_landing
         )
+
+
+def shuffle_shifts(throws: Floats, z: Floats, shift: Ints, batches: int, seed: int) -> Iterator[TrainingShifts]:
+    """Batches of shifts of a practice, each with `SHORT` of its throws in any order.
+
+    Args:
+        throws: observations (M, D).
+        z: their landing errors (M, 2) [m].
+        shift: number of the shift of each throw (M,).
+        batches: number of batches.
+        seed: seed of the choices.
+
+    Raises:
+        UsageError: no shift has so many landings.
+    """
+    random, order = np.random.default_rng(seed), np.argsort(shift, kind="stable")
+    _, first, count = np.unique(shift[order], return_index=True, return_counts=True)
+    whole = np.flatnonzero(count >= SHORT)
+    if whole.size == 0:
+        raise UsageError(
+            f"no shift of the practice has {SHORT} landings, from which 'in_context' learns what cells have in common; "
+            "practise longer, or with more picks_per_shift"
+        )
+    for _ in range(batches):
+        chosen = random.choice(whole, SHIFTS)
+        picks = np.stack([order[first[k] + random.permutation(count[k])[:SHORT]] for k in chosen])
+        has_landing = random.random(picks.shape) >= UNSEEN * random.random((SHIFTS, 1))
+        yield TrainingShifts(throws[picks], np.where(has_landing[..., None], z[picks], 0.0), z[picks], has_landing)

@@ -28,6 +28,13 @@ from .protocol import Controller
 from .regression import Mlp, OnPolicyRegression, Ridge
 from .trackers import Kalman, NoTracker, OracleTracker, RecursiveRidge, RunningMean, Tracker
 
+
+def _fitted_planner(env: Env, correction: Correction) -> Controller:
+    from .fitted_planner import FittedPlanner  # noqa: PLC0415 - SciPy takes half a second to import
+
+    return FittedPlanner(_shared_core("fitted_planner", env), correction)
+
+
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
     "analytic": lambda env: Analytic(_count(env.single_action_space), core_of(env).action_mode),
     "random": lambda env: Random(_count(env.single_action_space)),
@@ -36,8 +43,19 @@ _SHIFTS: Mapping[str, Callable[..., Controller]] = {
     "virtual_goal": lambda env, correction, **options: virtual_goal(correction, **options),
     "ridge": lambda env, correction: OnPolicyRegression("ridge", correction, _features(env), Ridge()),
     "mlp": lambda env, correction, **options: OnPolicyRegression("mlp", correction, _features(env), Mlp(**options)),
-    "oracle": lambda env, correction, **options: Oracle(_shared_core(env), correction, **options),
+    "fitted_planner": _fitted_planner,
+    "oracle": lambda env, correction, **options: Oracle(_shared_core("oracle", env), correction, **options),
 }
+POSTERIOR: Final = "posterior"
+"""The controller that adapts by the physics of a cell, without practice."""
+
+
+def _posterior(core: Core, correction: Correction, prior: str = "cells") -> Controller:
+    from .posterior import Posterior  # noqa: PLC0415 - SciPy takes half a second to import
+
+    return Posterior(core.config, correction, prior)
+
+
 _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
     STATIC: lambda core: NoTracker(),
     "ema": lambda core, **options: RunningMean(**options),
@@ -45,7 +63,7 @@ _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
         core.config.belt.camera_x, **{"noise": core.config.feedback.noise, **options}
     ),
     "recursive_ridge": lambda core, **options: RecursiveRidge(**options),
-    IN_CONTEXT: lambda core, **options: InContext(core.config.belt.camera_x, **options),
+    IN_CONTEXT: lambda core, **options: InContext(core.config.belt.camera_x, bool(core.config.cells.ranges), **options),
     "oracle_drift": OracleTracker,
 }
 """Trackers by controller; the tracker's effect is subtracted from the static policy's offset."""
@@ -57,6 +75,7 @@ _SETTINGS: Mapping[str, Callable[..., Any]] = {
     "kalman": Kalman,
     "recursive_ridge": RecursiveRidge,
     IN_CONTEXT: InContext,
+    POSTERIOR: _posterior,
 }
 """What takes the settings of controllers that have any and do not grasp."""
 _PLACES: Mapping[str, Callable[..., Place]] = {
@@ -71,7 +90,7 @@ FITTED_Q = "fitted_q"
 """The controller that learns where to grasp and how fast to throw from rewards."""
 GRASPING_NAMES = (*_PLACES, FITTED_Q)
 """Names of the controllers that choose where to grasp."""
-NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS, *GRASPING_NAMES)
+NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS, POSTERIOR, *GRASPING_NAMES)
 
 
 def make(name: str, env: Env, **options: Any) -> Controller:
@@ -93,6 +112,8 @@ def make(name: str, env: Env, **options: Any) -> Controller:
     correction, core = _correction(name, env), core_of(env)
     if not has_feedback(core):
         raise UsageError(f"controller {name!r} needs observations of the previous landing; use --env PnTAdapt-v0")
+    if name == POSTERIOR:
+        return _posterior(core, correction, **options)
     tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
     shipped = state.read(ADAPTIVE / f"{file}.npz")[1]
     return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)
@@ -139,12 +160,12 @@ def _correction(name: str, env: Env) -> Correction:
     )
 
 
-def _shared_core(env: Env) -> Core:
+def _shared_core(name: str, env: Env) -> Core:
     """Core of all rows, unless each row has its own."""
     core = core_of(env)
     if hasattr(env.unwrapped, "envs") and env.num_envs > 1:
         raise UsageError(
-            "controller 'oracle' simulates all cells at once, and these are stepped one by one: use 1 cell"
+            f"controller {name!r} simulates all cells at once, and these are stepped one by one: use 1 cell"
         )
     return core
 

@@ -18,7 +18,7 @@ from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
 from pnt_gym.constants import GRAVITY
 
-from .filters import BIN_CAMERA, NOISE, SURPRISE, Filters, landing_offset
+from .filters import BIN_CAMERA, NOISE, SURPRISE, Filters, landing_noise, landing_offset
 from .protocol import State
 
 TURNING: Final = 0.02
@@ -36,8 +36,8 @@ class Tracker(Protocol):
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
         """Learn from throws (N, D) with landing errors z (N, 2) in the selected rows (N,)."""
 
-    def study(self, throws: Floats, z: Floats, seed: int) -> None:
-        """Learn from the whole practice: throws (M, D) and their landing errors z (M, 2)."""
+    def study(self, throws: Floats, z: Floats, shift: Ints, seed: int) -> None:
+        """Learn from the whole practice: throws (M, D), landing errors z (M, 2), and numbers of shifts (M,)."""
 
     def state(self) -> State:
         """Learned values of `study`, as named arrays."""
@@ -162,7 +162,7 @@ class Kalman(Tracker):
         walks = np.stack([np.zeros((4, 4)), np.diag(np.square(walk))])
         self._camera_x = camera_x
         self._make_filters = partial(
-            Filters, priors=priors, beliefs=(0.5, 0.5), walks=walks, turning=TURNING, camera=noise
+            Filters, priors=priors, beliefs=(0.5, 0.5), walks=walks, turning=TURNING, noise=landing_noise(noise)
         )
         self._filters = self._make_filters((0,))
 
@@ -175,7 +175,8 @@ class Kalman(Tracker):
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
         """Update both filters in the selected rows; the random walk advances in every row."""
         selected = np.flatnonzero(rows)
-        self._filters.learn(selected, drift_effects(throws[selected], self._camera_x), z[selected])
+        effect = drift_effects(throws[selected], self._camera_x)
+        self._filters.learn(selected, effect[:, None], z[selected, None])
         self._filters.add_walk()
 
     def effect(self, throws: Floats) -> Floats:
@@ -277,7 +278,8 @@ class UnseenKinds:
         if len(self._filters.state) != len(kind):
             self._begin(len(kind))
         selected = np.flatnonzero(rows & self.is_unseen(kind))
-        self._filters.learn((selected, kind[selected]), _effects(throws[selected]), z[selected])
+        effect = _effects(throws[selected])
+        self._filters.learn((selected, kind[selected]), effect[:, None], z[selected, None])
 
     def effect(self, kind: Ints, throws: Floats) -> Floats:
         """Expected landing errors of throws (N, D) of kinds (N,): (N, 2) [m]."""
@@ -288,7 +290,9 @@ class UnseenKinds:
     def _begin(self, count: int) -> None:
         variances = np.square(PRIOR)
         priors = np.stack([np.diag(LIKE_OTHERS**2 * variances), np.diag(variances)])
-        self._filters = Filters((count, len(self._is_known)), priors, (SHARE, 1.0 - SHARE))
+        self._filters = Filters(
+            (count, len(self._is_known)), priors, (SHARE, 1.0 - SHARE), noise=landing_noise(BIN_CAMERA)
+        )
 
 
 def _effects(throws: Floats) -> Floats:

@@ -13,10 +13,10 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.environments import core_of, make_vector
 from ..ground.infos import results
-from ..judging import log
-from ..judging.log import ThrowLog
+from . import log
 from .density import Density, finite_numbers
 from .fitted import Fitted
+from .log import ThrowLog
 from .model import ThrowModel
 from .parameters import Parameter
 

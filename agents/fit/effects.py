@@ -14,9 +14,9 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..judging.log import ThrowLog
 from .density import Density, Mode
-from .hidden import residue_shares
+from .hidden import residues
+from .log import ThrowLog
 from .model import ThrowModel
 
 DRAUGHT, DRAG, DELAY, BLOW_OFF, PLACE = 0.2, 0.1, 0.001, 0.1, 0.005
@@ -137,33 +137,32 @@ def readings(log: ThrowLog, config: ConveyorConfig) -> list[Readings]:
     the sum of scores.
     """
     results = list[Readings]()
-    for gauge, (values, middle, width, shares) in _expected(log, config).items():
+    for gauge, (values, middle, width) in _expected(log, config).items():
         seen = np.isfinite(values)
         if not seen.any() or not width[seen].all():
             continue
 
-        def total(shift: float, miss: Floats, width: Floats, shares: Floats) -> float:
-            lower = (shares * norm.cdf((miss - shift) / width)).sum(axis=1)
+        def total(shift: float, miss: Floats, width: Floats) -> float:
+            lower = norm.cdf((miss - shift) / width).mean(axis=1)
             return float(norm.ppf(np.clip(lower, TINY, 1.0 - TINY)).sum())
 
-        given = np.log(values[seen])[:, None] - middle[seen], width[seen, None], shares[seen]
+        given = np.log(values[seen])[:, None] - middle[seen], width[seen, None]
         score = total(0.0, *given) / np.sqrt(seen.sum())
         factor = float(np.exp(root_scalar(total, args=given, bracket=(-FARTHEST, FARTHEST)).root))
         results.append(Readings(gauge, float(2.0 * norm.sf(abs(score))), factor))
     return results
 
 
-def _expected(log: ThrowLog, config: ConveyorConfig) -> dict[str, tuple[Floats, Floats, Floats, Floats]]:
-    """By gauge: readings (N,), middles of their logarithms (N, R), deviations (N,), shares of the R middles (N, R)."""
-    table, spread, noise, one = item_arrays(config.item_list()), config.spread, config.noise, np.ones((len(log), 1))
-    grid, shares = residue_shares(config, table, log.kind)
-    heavy, seal = np.log(table.mass[log.kind])[:, None] + np.log1p(grid), np.log(table.seal_force[log.kind])[:, None]
+def _expected(log: ThrowLog, config: ConveyorConfig) -> dict[str, tuple[Floats, Floats, Floats]]:
+    """By gauge: readings (N,), equally likely middles of their logarithms (N, R), and deviations (N,)."""
+    table, spread, noise, one = item_arrays(config.item_list()), config.spread, config.noise, np.ones(len(log))
+    heavy = np.log(table.mass[log.kind])[:, None] + np.log1p(residues(config, table, log.kind))
     expected = {
-        "mass": (log.mass, heavy, np.hypot(spread.mass, noise.mass) * one[:, 0], shares),
-        "seal": (log.seal, seal, np.hypot(spread.seal, noise.seal) * one[:, 0], one),
+        "mass": (log.mass, heavy, np.hypot(spread.mass, noise.mass) * one),
+        "seal": (log.seal, np.log(table.seal_force[log.kind])[:, None], np.hypot(spread.seal, noise.seal) * one),
     }
     for axis, (name, blur) in enumerate({"length": noise.size, "width": noise.size, "height": 0.0}.items()):
         middle = table.size[log.kind, axis]
         width = np.sqrt(spread.size**2 + spread.size_axis**2 + (blur / middle) ** 2)
-        expected[name] = log.size[:, axis], np.log(middle)[:, None], width, one
+        expected[name] = log.size[:, axis], np.log(middle)[:, None], width
     return expected

@@ -15,9 +15,9 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.drawing import release_delay
 
 from ..ground.fitting import on_one_thread
-from ..judging.log import ThrowLog
 from . import density, misfit
 from .density import finite_numbers
+from .log import ThrowLog
 from .misfit import LEVEL, TESTS, Finding
 from .parameters import Parameter, level_at, with_seals
 from .posterior import Posterior, SealChance, posterior
@@ -61,8 +61,8 @@ def combinations(log: ThrowLog, config: ConveyorConfig) -> list[Combination]:
 
 def _delay(table: ItemTable, kind: int, config: ConveyorConfig, values: Mapping[str, Any]) -> Floats:
     """Mean delay [ms] of an item's release at a valve's delay and a time constant."""
-    unit = config.suction.model_copy(update={"valve": 0.0, "tau": 1.0})
-    decay = release_delay(table.seal_force[kind : kind + 1], table.mass[kind : kind + 1], unit)[0]
+    seal, mass, zero, one = table.seal_force[kind], table.mass[kind], np.zeros(1), np.ones(1)
+    decay = release_delay(seal * one, mass * one, zero, one, config.suction)[0]
     delay = values["valve"] + values["tau"] * decay + table.clings[kind]
     return 1e3 * config.mismatch * np.maximum(delay, 0.0)
 

@@ -1,7 +1,7 @@
 """What stays hidden in a logged throw, given what its gauges read: conditional means and draws.
 
 Every hidden value of the suite has a prior (the catalogue and `spread`) and, if it is measured, a gauge (`noise`). Both
-are normal, mostly of logarithms, so the value given its reading is normal too. A container's residue is a mixture and
+are normal, mostly of logarithms, so the value given its reading is normal too. A residue adds to the mass, and
 is taken from a grid. A reading that the log lacks leaves the prior.
 """
 
@@ -18,7 +18,7 @@ from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.items import CYLINDER, ItemTable, item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..judging.log import ThrowLog
+from .log import ThrowLog
 
 Draws: TypeAlias = Mapping[str, Floats]
 """Standard normal numbers (M,) by the names of `NORMALS`."""
@@ -35,7 +35,7 @@ RESIDUES: Final = 16
 MIDDLE_SHARE: Final = (0.05, 0.95)
 """Bounds of the depth of a centre of mass as a share of the height, as in the suite."""
 FULL_SHARE: Final = 0.12
-"""Deeper centre of mass of a container with a residue, as in the suite."""
+"""Deeper centre of mass of an item with a residue, as in the suite."""
 
 
 @final
@@ -131,27 +131,25 @@ def _sizes(log: ThrowLog, config: ConveyorConfig, table: ItemTable, z: Draws) ->
     return size
 
 
-def residue_shares(config: ConveyorConfig, table: ItemTable, kind: Ints) -> tuple[Floats, Floats]:
-    """Residues in masses of the item (R,), and how often objects of kinds (N,) hold each (N, R)."""
-    spread = config.spread
-    grid: Floats = np.concatenate([[0.0], spread.residue * (np.arange(RESIDUES) + 0.5) / RESIDUES])
-    held = (spread.residue_chance * table.container[kind])[:, None]
-    shares: Floats = np.full((len(kind), len(grid)), held / RESIDUES)
-    shares[:, :1] = 1.0 - held
-    return grid, shares
+def residues(config: ConveyorConfig, table: ItemTable, kind: Ints) -> Floats:
+    """Equally likely residues of objects of kinds (N,) in masses of the item (N, RESIDUES); zeros of an empty kind."""
+    spread = config.spread.residue
+    levels = norm.ppf((np.arange(RESIDUES) + 0.5) / RESIDUES)
+    return table.residue[kind][:, None] * np.exp(spread * levels - spread**2 / 2.0)
 
 
 def _masses(log: ThrowLog, config: ConveyorConfig, table: ItemTable, z: Draws) -> tuple[Floats, Floats]:
     """Masses (M,) [kg] and residues in masses of the item (M,), given the measured masses."""
     spread, noise, kind = config.spread, config.noise.mass, log.kind
-    grid, shares = residue_shares(config, table, kind)
+    grid = residues(config, table, kind)
     empty = np.log(table.mass[kind])
     reading = np.log(log.mass)
     miss = np.nan_to_num(reading[:, None] - empty[:, None] - np.log1p(grid))
-    chance = shares * np.exp(-0.5 * miss**2 / max(spread.mass**2 + noise**2, 1e-12) * np.isfinite(reading)[:, None])
+    spoils = 0.5 * miss**2 / max(spread.mass**2 + noise**2, 1e-12) * np.isfinite(reading)[:, None]
+    chance = np.exp(spoils.min(axis=1, keepdims=True) - spoils)
     cumulated = np.cumsum(chance, axis=1)
     index = (cumulated < norm.cdf(z["residue"])[:, None] * cumulated[:, -1:]).sum(axis=1)
-    residue = grid[np.minimum(index, RESIDUES)]
+    residue = grid[np.arange(len(kind)), np.minimum(index, RESIDUES - 1)]
     return np.exp(_read(empty + np.log1p(residue), spread.mass, reading, noise, z["mass"])), residue
 
 

@@ -16,22 +16,31 @@ from pnt_gym.cells.base.airborne import Airborne
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import ItemTable, item_arrays
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
-from pnt_gym.cells.conveyor.context import Context, ThrowBins, apply_bias, constant_bias, unseen_grasp
+from pnt_gym.cells.conveyor.context import (
+    Context,
+    HiddenCell,
+    HiddenDrift,
+    ThrowBins,
+    apply_bias,
+    constant_bias,
+    unseen_grasp,
+)
 from pnt_gym.cells.conveyor.cup.hold import Grips, inside_outline, true_hold
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.free import cross_rims
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
-from pnt_gym.cells.conveyor.objects.drawing import random_spin, release_delay, spin_at_grasp
+from pnt_gym.cells.conveyor.objects.drawing import cup_numbers, random_spin, release_delay, spin_at_grasp
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.conveyor.shift import apply_cell, apply_drift
 from pnt_gym.planning.motion.ballistics import flight_time, landing_point
 from pnt_gym.planning.motion.trajectory import HandPath, JerkTrajectory
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.rows import Rows1
 
 from ..ground.cli import UsageError
-from ..judging.log import ThrowLog
-from .hidden import Hidden, draw_hidden, standard_draws
+from .hidden import NORMALS, Hidden, draw_hidden, standard_draws
+from .log import ThrowLog
 
 PLANNERS: Final = ("straight", "straight_flying")
 """Planners whose throws follow from pick and release alone."""
@@ -71,7 +80,8 @@ class ThrowModel:
     Args:
         log: the throws.
         config: the cell, whose parameters a call may replace.
-        draws: draws of each throw's hidden values, an even number; they are the same at all parameters.
+        draws: draws of each throw's hidden values, an even number; they are the same at all parameters. 0 is enough for
+            landings at mean hidden values.
 
     Raises:
         UsageError: the level's planner, or a release that its limits do not give.
@@ -91,34 +101,34 @@ class ThrowModel:
         """Which throws have a flight; others have NaN landings (N,)."""
         self.chances = self._table.pick_chance.copy()
         """Chance of each item that a cup well inside its outline seals (K,)."""
-        normals = standard_draws(len(log), draws)
-        self._hidden = {
-            "mean": draw_hidden(log, config, np.zeros_like(normals[:, :1])),
-            "draws": draw_hidden(log, config, normals),
-        }
+        normals = {"mean": np.zeros((len(log), 1, len(NORMALS)))}
+        normals |= {"draws": standard_draws(len(log), draws)} if draws else {}
+        self._hidden = {name: draw_hidden(log, config, numbers) for name, numbers in normals.items()}
         self._objects = {name: _objects(hidden, log, config, self._table) for name, hidden in self._hidden.items()}
-        self._set_up_motions(PickPlanner(config))
+        self._planner = PickPlanner(config)
+        self._set_up_motions()
 
-    def _set_up_motions(self, planner: PickPlanner) -> None:
+    def _set_up_motions(self) -> None:
         """Motions of the hands, from the commanded releases: the planner's, or even ones with the logged velocity."""
         log, config, objects = self.log, self.config, self._objects["mean"]
         pick, count = _picks(log, config), len(log)
-        limits, _ = planner.grip_limits(objects, pick)
+        limits, _ = self._planner.grip_limits(objects, pick)
         rim = np.full(count, config.bins.rim)
         target = np.concatenate([landing_point(log.release, log.velocity, rim)[:, :2], rim[:, None]], axis=1)
         target = np.where(np.isfinite(target), target, log.release)
-        self._picks = Context.new(
+        picks = Context.new(
             objects, pick, ThrowBins(target, np.ones((count, 2)), np.zeros(count, dtype=np.int64)), np.ones((count, 1)),
             throw_limits=limits, plan=cast("ReleaseBatch", None), ceiling=pick[:, 2] + config.motion.ceiling,
             belt=config.belt,
         )  # fmt: skip
         self._path: HandPath
         if log.has_free_motion:
+            self._picks = picks
             self._set_up_even_motions(pick, rim)
             return
-        self.releases = planner.mover.release_at(self._picks, log.release)
+        releases = self._planner.mover.release_at(picks, log.release)
         # The level's limits must give the logged releases.
-        logged, planned = length(log.velocity), self.releases.speed
+        logged, planned = length(log.velocity), releases.speed
         wrong = ~(np.abs(np.nan_to_num(planned) - logged) <= SPEED_TOLERANCE * logged)
         if wrong.any():
             first = int(np.flatnonzero(wrong)[0])
@@ -128,11 +138,24 @@ class ThrowModel:
                 "level); check percent, belt.speed, and that pick and release are the cup's, or give --free-motion for "
                 "a robot that moves otherwise"
             )
-        motion = planner.mover.throw(pick, self.releases, limits, self._picks.ceiling)
-        self._path, self._release_time = motion.path, motion.release_time
-        times = COARSE * np.arange(int(np.floor(motion.release_time.max() / COARSE)) + 1)
-        self._loads = motion.path.sample(np.minimum(times, motion.release_time[:, None])).acceleration
-        self._load_counts = (times <= motion.release_time[:, None]).sum(axis=1)
+        self._picks = picks.replace(plan=releases)
+        self._move(releases)
+
+    def aim(self, offset: Floats) -> None:
+        """Move the releases off those of the log, as a residual of the planner does.
+
+        Args:
+            offset: from the drag-free landings of the log's releases, along and left of the throws (N, 2) [m].
+        """
+        picks = self._picks
+        goal = picks.target + picks.from_throw_frame(*offset.T)
+        self._move(self._planner.mover.aim_at(picks, goal, self.config.motion.ceiling_slack))
+
+    def _move(self, releases: ReleaseBatch) -> None:
+        """Let the hands move to releases."""
+        picks = self._picks
+        motion = self._planner.mover.throw(picks.pick, releases, picks.throw_limits, picks.ceiling)
+        self.releases, self._path, self._release_time = releases, motion.path, motion.release_time
 
     def _set_up_even_motions(self, pick: Floats, rim: Floats) -> None:
         """Motions of hands that keep the logged velocities before and after their releases."""
@@ -163,16 +186,16 @@ class ThrowModel:
 
     def quick_landings(self, configs: Sequence[ConveyorConfig]) -> Floats:
         """Landings (C, N, 2) [m] of the same throws in C cells, by longer steps; changes from cell to cell are true."""
-        landing = np.empty((len(configs), len(self.log), 2))
-        for cup in {(config.cup.stiffness, config.cup.blow_off): config.cup for config in configs}.values():
-            # Cells with the same cup fly in one batch.
-            alike = [index for index, config in enumerate(configs) if config.cup == cup]
-            contexts = concatenate_records([self._context("mean", configs[index]) for index in alike])
-            rows = np.tile(self._hidden["mean"].row, len(alike))
-            first = configs[alike[0]]
-            flown, _ = self._fly(contexts, rows, first.model_copy(update={"timestep": QUICK * first.timestep}))
-            landing[alike] = flown.reshape(len(alike), -1, 2)
-        return landing
+        contexts = concatenate_records([self._context("mean", config) for config in configs])
+        rows, first = np.tile(self._hidden["mean"].row, len(configs)), configs[0]
+        landing, _ = self._fly(contexts, rows, first.model_copy(update={"timestep": QUICK * first.timestep}))
+        return landing.reshape(len(configs), -1, 2)
+
+    def landings_in(self, cells: HiddenCell, drift: HiddenDrift, row: Ints) -> Floats:
+        """Landings (M, 2) [m] of throws `row` (M,), each in a cell and with a drift of its own, as `quick_landings`."""
+        config = self.config.model_copy(update={"timestep": QUICK * self.config.timestep})
+        context = apply_cell(take(self._context("mean", config), row), cells, config)
+        return self._fly(apply_drift(context, drift, config), row, config)[0]
 
     def outcomes(self, config: ConveyorConfig) -> Outcomes:
         """Outcomes (N x K,) of throws at the draws of their hidden values, K of each throw in a row."""
@@ -204,8 +227,9 @@ class ThrowModel:
 
     def _context(self, name: str, config: ConveyorConfig) -> Context:
         """Picks of objects with hidden values, in a cell with given parameters."""
-        hidden, base, m = self._hidden[name], self._objects[name], config.mismatch
-        delay = m * (release_delay(base.seal, base.mass, config.suction) + self._table.clings[base.kind])
+        hidden, base, m = self._hidden[name], self._objects[name].replace(**cup_numbers(config)), config.mismatch
+        delay = release_delay(base.seal, base.mass, base.valve, base.tau, config.suction)
+        delay = m * (delay + self._table.clings[base.kind])
         spin = spin_at_grasp(base.replace(grasp=np.zeros_like(hidden.grasp)), hidden.grasp, config)
         if not config.cup.peel:
             spin = spin + random_spin(hidden.spin, np.zeros_like(hidden.grasp))
@@ -239,8 +263,10 @@ class ThrowModel:
     def _holds(self, context: Context, row: Ints, config: ConveyorConfig) -> Bools:
         if not config.grip.limit or self.log.has_free_motion:  # of whose accelerations nothing is known
             return np.ones(len(row), dtype=np.bool_)
-        hold = true_hold(context)
-        return hold.smallest_margin(self._loads[row], self._load_counts[row], config.mismatch)[1] < 0
+        times = COARSE * np.arange(int(np.floor(self._release_time.max() / COARSE)) + 1)
+        loads = self._path.sample(np.minimum(times, self._release_time[:, None])).acceleration
+        counts = (times <= self._release_time[:, None]).sum(axis=1)
+        return true_hold(context).smallest_margin(loads[row], counts[row], config.mismatch)[1] < 0
 
 
 def _picks(log: ThrowLog, config: ConveyorConfig) -> Floats:
@@ -261,8 +287,8 @@ def _objects(hidden: Hidden, log: ThrowLog, config: ConveyorConfig, table: ItemT
         com_depth=hidden.com_depth, known_depth=max(1.0 - config.mismatch, 0.0) * hidden.com_depth, seal=hidden.seal,
         jitter=hidden.jitter, friction=table.friction[kind], cup_friction=table.cup_friction[kind],
         cup_radius=table.cup_radius[kind] if config.cup.fitted else CUP_RADIUS,
-        rolling_friction=table.rolling_friction[kind], solref=table.solref[kind], yaw=hidden.yaw, grasp=hidden.grasp,
-        belt_error=hidden.belt_error, pick_chance=table.pick_chance[kind], pick_draw=1.0,
+        rolling_friction=table.rolling_friction[kind], restitution=table.restitution[kind], yaw=hidden.yaw,
+        grasp=hidden.grasp, belt_error=hidden.belt_error, pick_chance=table.pick_chance[kind], pick_draw=1.0,
         percent=np.nan_to_num(log.percent[row], nan=max(config.limits.percent)),
         measured=_gauge_readings(take(log, row), table),
     )  # fmt: skip

@@ -19,8 +19,8 @@ from scipy.stats import norm, truncnorm
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..judging.log import ThrowLog
 from .density import Density, Mode, Node, finite_numbers
+from .log import ThrowLog
 from .model import ThrowModel
 from .parameters import Parameter, values_at
 

@@ -12,7 +12,7 @@ from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.cli import UsageError
-from ..judging.log import COLUMNS, GROUPS, ThrowLog
+from .log import COLUMNS, GROUPS, ThrowLog
 
 UNITS: Final[Mapping[str, Mapping[str, float]]] = {
     "m": {"millimetres": 1e3, "centimetres": 1e2, "inches": 1.0 / 0.0254},

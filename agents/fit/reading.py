@@ -18,8 +18,8 @@ from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.reading import ReadError, lines_of
 
 from ..ground.cli import UsageError
-from ..judging.log import COLUMNS, GROUPS, ThrowLog
 from . import ranges
+from .log import COLUMNS, GROUPS, ThrowLog
 
 FEWEST: Final = 10
 """Fewest landings of a fit."""

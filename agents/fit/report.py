@@ -15,9 +15,9 @@ from pnt_gym.names import check_keywords
 
 from ..ground.cli import UsageError
 from ..ground.tables import Grid, throws_bar
-from ..judging.log import ThrowLog
 from . import reading
 from .fitted import Fitted, fit_log
+from .log import ThrowLog
 from .parameters import PARAMETERS, Parameter, priors, read_level
 from .twins import judge_fit, study_twin
 from .words import sentences
@@ -36,7 +36,7 @@ def fit(
     """Fit a conveyor level to a log of throws; return the figures that `agents.fit --json` writes.
 
     Args:
-        log: CSV file with a row for each throw, see `agents.judging.log.COLUMNS`.
+        log: CSV file with a row for each throw, see `agents.fit.log.COLUMNS`.
         level: name or file of the level about whose values the priors lie; of a line's level, that of its cell.
         free: names of the parameters that are not known; None for all.
         prior: standard deviations of priors by name, in SI units; of the logarithm for tau, drag and stiffness.

@@ -10,17 +10,16 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, take
+from pnt_gym.arrays import Floats, concatenate_records, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..controllers import make_controller
-from ..controllers.protocol import Actions, Controller, Observation
 from ..ground.cli import UsageError
-from ..judging.log import Recorder, ThrowLog
-from ..judging.trials import open_trial
+from ..ground.environments import Env, core_of, make_vector, stream_seed
+from ..ground.infos import results
 from . import design
 from .design import DesignPool
 from .fitted import Fitted, combinations, fit_log
+from .log import ThrowLog, complete
 from .parameters import Parameter, level_at, priors, values_at, with_seals
 
 ENV: Final = "PnTRelease-v0"
@@ -42,27 +41,6 @@ class Twin:
     """Standard scores of the hidden parameters (P,)."""
     truth: ConveyorConfig
     log: ThrowLog
-
-
-@final
-class Draughty(Controller):
-    """A controller in a cell through which air moves, which no level without drift can say.
-
-    Args:
-        controller: the controller that acts.
-        core: the cells.
-        draught: velocity of the air along x, y [m/s].
-    """
-
-    def __init__(self, controller: Controller, core: Any, draught: Floats) -> None:
-        self.name, self._inner, self._core, self._draught = controller.name, controller, core, draught
-
-    def act(self, observation: Observation) -> Actions:
-        """Actions of the inner controller (N, A), after the air has begun to move."""
-        context = self._core.cell.context
-        wind = np.tile(self._draught, (len(context.pick), 1))
-        self._core.cell.context = context.replace(drift=context.drift.replace(draught=wind))
-        return self._inner.act(observation)
 
 
 def _scores(parameters: tuple[Parameter, ...], random: np.random.Generator) -> Floats:
@@ -110,18 +88,36 @@ def make(
 
 
 def log_throws(truth: ConveyorConfig, seed: int, landings: int, draught: Floats) -> ThrowLog:
-    """Log of at least a number of landings of the analytic planner in a cell."""
-    with closing(open_trial(ENV, truth, CELLS, 1)) as trial:
-        controller: Controller = make_controller("analytic", trial.env)
-        if draught.any():
-            controller = Draughty(controller, trial.core, draught)
-        recorder = Recorder(trial.core)
+    """Log of at least a number of landings of the analytic planner in a cell, through which air may move.
+
+    Args:
+        truth: the cell.
+        seed: of objects and noise.
+        landings: number of landings.
+        draught: velocity of the air along x, y [m/s], of which no level without drift can tell.
+    """
+    with closing(make_vector(ENV, truth, CELLS, 1)) as env:
+        core, parts = core_of(env), list[tuple[ThrowLog, dict[str, Any]]]()
+        env.reset(seed=stream_seed("evaluate", seed))
         for throws in range(2 * landings, MOST_THROWS * landings, landings):
-            record: Any = trial.run(recorder.watch(controller), throws, seed)
-            log = recorder.log(record.throws, seed)
+            while CELLS * len(parts) < throws:
+                parts.append(_throw(env, core, draught))
+            known, info = take(concatenate_records(parts), slice(throws))
+            log = complete(known, info, truth, np.random.default_rng((seed, 7)))
             if log.has_landing.sum() >= landings:
                 return log
         raise UsageError(f"twin {seed} has fewer than {landings} landings in {MOST_THROWS * landings} throws")
+
+
+def _throw(env: Env, core: Any, draught: Floats) -> tuple[ThrowLog, dict[str, Any]]:
+    """What a cell knew of the planner's next throws, and the results by info key."""
+    if draught.any():
+        context = core.cell.context
+        wind = np.tile(draught, (len(context.pick), 1))
+        core.cell.context = context.replace(drift=context.drift.replace(draught=wind))
+    actions = np.zeros((core.count, *core.action_space.shape), dtype=np.float32)
+    known = ThrowLog.of(core.context, core.plan(actions)[0])
+    return known, results(env.step(actions)[-1], core.count)
 
 
 def log_plan(

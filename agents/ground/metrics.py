@@ -217,6 +217,48 @@ def rate_difference(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLik
     return _interval(float(rate(*columns.sum(axis=0))), rate(*_sample(columns).T))
 
 
+def rate(sorted_: ArrayLike, seconds: ArrayLike) -> Interval:
+    """Sorted picks per minute over parts (N,), such as shifts, with their bootstrap interval.
+
+    Args:
+        sorted_: objects sorted in each part.
+        seconds: time of each part [s].
+
+    Raises:
+        MetricError: the arrays differ in shape.
+    """
+    columns = np.stack(_columns(sorted=sorted_, seconds=seconds), axis=1)
+    return _interval(float(_per_minute(columns.sum(axis=0))), _per_minute(_sample(columns)))
+
+
+def share_won(own: ArrayLike, least: ArrayLike, most: ArrayLike) -> Interval:
+    """Share of the way from a least to a most rate that a controller goes, with its paired bootstrap interval.
+
+    Args:
+        own: objects sorted and seconds of parts, such as shifts (N, 2).
+        least: the same of another controller in the same parts (N, 2).
+        most: the same of a third one (N, 2).
+
+    Raises:
+        MetricError: the arrays differ in shape.
+    """
+    parts = [np.asarray(part, dtype=np.float64) for part in (own, least, most)]
+    if len({part.shape for part in parts}) > 1 or parts[0].ndim != 2 or parts[0].shape[1] != 2 or len(parts[0]) == 0:
+        raise MetricError(f"paired parts must all be (N, 2), got {', '.join(str(part.shape) for part in parts)}")
+    columns = np.concatenate(parts, axis=1)
+
+    def share(sums: Floats) -> Floats:
+        of_own, of_least, of_most = (_per_minute(sums[..., k : k + 2]) for k in (0, 2, 4))
+        return (of_own - of_least) / (of_most - of_least)
+
+    return _interval(float(share(columns.sum(axis=0))), share(_sample(columns)))
+
+
+def _per_minute(sums: Floats) -> Floats:
+    """Rates per minute from sums of events and seconds (..., 2)."""
+    return 60.0 * sums[..., 0] / sums[..., 1]
+
+
 def _sample(rows: Floats) -> Floats:
     """Sums over the rows (N, ...) of each bootstrap resample (RESAMPLES, ...)."""
     counts = _resample_counts(len(rows))

@@ -1,4 +1,7 @@
-"""The policies that ship, by names that hold in a checkout and in an installed package: `shipped:waste-sac`."""
+"""The policies that ship, by names that hold in a checkout and in an installed package: `shipped:waste-sac`.
+
+A policy that does not adapt holds for the cell in which it was trained, with that cell's vacuum, cup and calibration.
+"""
 
 from __future__ import annotations
 
@@ -23,15 +26,23 @@ class ShippedPolicy:
     """A policy that ships."""
 
     place: str
-    """Its run folder, or the file of a scorer, below results/policies."""
+    """Its run folder, or the file of a scorer, below results/policies; or the level that is the prior of a filter."""
     env: str
     """Id of the environment in which it was trained."""
     purpose: str
-    """What it does, for people."""
+    """What it does, and for which cell, for people."""
+    controller: str = ""
+    """The controller by name that acts, where the policy is no network."""
 
 
 CORRECTING: Final[Mapping[str, ShippedPolicy]] = {
-    "waste-sac": ShippedPolicy(POLICY.name, "PnTRelease-v0", "corrects throws; SAC, trained on `waste`"),
+    "waste-sac": ShippedPolicy(POLICY.name, "PnTRelease-v0", "corrects throws of the cell of `waste` alone; SAC"),
+    "cells": ShippedPolicy(
+        "../../configs/cells/conveyor/cells.yaml",
+        "PnTAdapt-v0",
+        "corrects throws of a cell that nobody measured: learns its numbers from the landings of each shift",
+        "posterior",
+    ),
     "day-recurrent_ppo": ShippedPolicy(
         "PnTAdapt-v0-day-recurrent_ppo-seed0",
         "PnTAdapt-v0",
@@ -79,7 +90,7 @@ def place(name: str | Path) -> Path:
     short = name.removeprefix(PREFIX)
     if short not in POLICIES:
         raise UsageError(unknown_name("shipped policy", name, names(POLICIES)))
-    return SHIPPED / "results" / "policies" / POLICIES[short].place
+    return (SHIPPED / "results" / "policies" / POLICIES[short].place).resolve()
 
 
 def module_of(name: str) -> str | None:

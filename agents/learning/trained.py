@@ -151,8 +151,10 @@ def resolve(
     Raises:
         UsageError: the run folder's environment is in a module that the user has not named.
     """
-    place = shipped.place(controller)
+    place, own = shipped.place(controller), shipped.POLICIES.get(controller.removeprefix(shipped.PREFIX))
     recorded = find(place).task if os.path.isdir(place) else {}  # False for a name too long to be one
+    if own is not None and own.controller and shipped.is_shipped(controller):
+        recorded = {"env": own.env, "level": place.stem}
     env_id = importless_environment(controller, recorded.get("env", "PnTConveyor-v0")) if env is None else env
     mode = recorded.get("action_mode") if action_mode is None else action_mode
     return env_id, recorded.get("level") if level is None else level, mode

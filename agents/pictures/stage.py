@@ -14,7 +14,7 @@ from pnt_gym.cells.grasp.core import GraspCore
 from ..controllers.protocol import Controller
 from ..ground.cli import UsageError
 from ..ground.outputs import deliver, deliver_text
-from ..judging.log import Recorder
+from ..judging.recorder import Recorder
 from ..judging.trials import open_trial
 from ..learning import trained
 from .seen import SeenController, SeenView

@@ -8,6 +8,9 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, Final
 
+import numpy as np
+
+from ..ground import metrics
 from ..ground.cli import UsageError
 from ..ground.tables import Grid
 from ..results.study import StudyPlan, Table, pool, shipped_study
@@ -26,7 +29,7 @@ def environment() -> Any:
     from jinja2 import Environment, StrictUndefined  # noqa: PLC0415 - needed for reports only
 
     made = Environment(autoescape=False, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
-    made.filters |= {write.__name__: write for write in (number, mm, percent, deg, count, code)}
+    made.filters |= {write.__name__: write for write in (number, mm, percent, deg, count, code, pace, landing, won)}
     return made
 
 
@@ -87,9 +90,31 @@ def count(value: Any) -> str:
     return f"{value:,.0f}"
 
 
+def pace(parts: Any, least: Any = None) -> Mapping[str, float]:
+    """Sorted picks per minute of parts, each objects sorted and seconds first; or their gain over those of `least`."""
+    sorted_, seconds = np.array(parts)[:, :2].T
+    found = (
+        metrics.rate(sorted_, seconds)
+        if least is None
+        else metrics.rate_difference(sorted_, seconds, *np.array(least).T)
+    )
+    return vars(found)
+
+
 def code(value: Any) -> str:
     """A name as code."""
     return f"`{value}`"
+
+
+def landing(parts: Any) -> Mapping[str, float]:
+    """Mean landing error [m] of parts, each with the sum of errors and the number of landings behind two others."""
+    errors, landings = np.array(parts)[:, 2:].T
+    return {name: value / 60.0 for name, value in vars(metrics.rate(errors, landings)).items()}
+
+
+def won(parts: Any, least: Any, most: Any) -> Mapping[str, float]:
+    """Share of what the `most` controller wins over the `least` one that parts as of `pace` win."""
+    return vars(metrics.share_won(np.array(parts)[:, :2], least, most))
 
 
 Data = Mapping[str, Any]

@@ -233,13 +233,15 @@ def _share(true: int, count: int) -> Figures:
 
 
 def pool(rows: Sequence[Settings]) -> Settings:
-    """Rows as one, each number the mean of theirs, and each share that of all their cases."""
+    """Rows as one: each number the mean, each share that of all their cases, and each list all their entries."""
     first = rows[0]
     numbers = [name for name, value in first.items() if isinstance(value, float)]
     shares = [name for name, value in first.items() if isinstance(value, Mapping) and "count" in value]
+    lists = [name for name, value in first.items() if isinstance(value, list)]
     return {
         **first,
         **{name: sum(row[name] for row in rows) / len(rows) for name in numbers},
+        **{name: [entry for row in rows for entry in row[name]] for name in lists},
         **{name: _share(*(sum(row[name][part] for row in rows) for part in ("true", "count"))) for name in shares},
     }
 
@@ -254,6 +256,7 @@ class StudyFile(BaseModel):
     seed: Annotated[int, Field(ge=0)]
     throws: Count
     digest: Annotated[str, Field(max_length=100)] = ""
+    world: Annotated[int, Field(ge=1)] = 1
     rows: list[dict[str, Any]]
 
 

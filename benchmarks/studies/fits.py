@@ -11,10 +11,10 @@ import numpy as np
 from agents.controllers import make_controller
 from agents.controllers.protocol import Actions, Controller, Observation, to_action
 from agents.controllers.trackers import Kalman
+from agents.fit.log import ThrowLog
 from agents.fit.misfit import TESTS
 from agents.fit.parameters import PARAMETERS, read_level
 from agents.fit.twins import CELLS, ENV, Twin, judge_fit, study_twin
-from agents.judging.log import ThrowLog
 from agents.judging.trials import open_trial
 from agents.results.study import Amount, Figures, Settings, share
 from pnt_gym.arrays import Floats

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from agents.fit.log import COLUMNS
 from agents.fit.parameters import PARAMETERS
-from agents.judging.log import COLUMNS
 
 from .marks import table
 

@@ -169,7 +169,7 @@ PnTConveyorVectorEnv = vector_form(PnTConveyorEnv)
 
 @final
 class PnTAdaptEnv(ConveyorEnv, observes=SHIFT_TABLE):
-    """A shift in a cell that drifts: a lesson from an early throw helps all later throws.
+    """A shift in a cell that nobody measured: a lesson from an early throw helps all later throws.
 
     ## Description
 
@@ -182,8 +182,12 @@ class PnTAdaptEnv(ConveyorEnv, observes=SHIFT_TABLE):
     the direction of the last throw. A few hidden numbers explain all errors of a shift; a throw that explores pays for
     its own error.
 
-    Judge by the landing error and its share within 30 mm: at the openings of `waste`, 120 mm and more, drift hardly
-    shows in the success rate.
+    The levels `cells` and `cells_far` have another cell in every shift, as the level's section `cells` says: valve,
+    vacuum, blown air, lip, drag, restitution, seals, and the scales of camera and encoder are drawn when the shift
+    begins, from a separate generator.
+
+    On levels with drift, judge by the landing error and its share within 30 mm: at the openings of `waste`, 120 mm and
+    more, drift hardly shows in the success rate. On `cells`, judge by the sorted objects per minute.
 
     ## Observation Space
 
@@ -208,7 +212,8 @@ class PnTAdaptEnv(ConveyorEnv, observes=SHIFT_TABLE):
     ## Arguments
 
     `gymnasium.make` sets `level` to `"day"` where none is given; the levels `steps` and `drift_mix` have other drifts,
-    `day_far`, `steps_far` and `drift_mix_far` twice as much. Any other level of PnTConveyor-v0 is one without drift.
+    `day_far`, `steps_far` and `drift_mix_far` twice as much. `cells` has another cell in every shift, `cells_far` cells
+    outside of its ranges. Any other level of PnTConveyor-v0 is one without drift.
     """
 
     picks: ClassVar[Picks] = "belt"

@@ -16,7 +16,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Positive, Range
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
-from pnt_gym.cells.conveyor.drift import Bias, Drift, Feedback
+from pnt_gym.cells.conveyor.drift import Bias, Cells, Drift, Feedback
 from pnt_gym.cells.conveyor.sections import ActionScale, Classifier, Cup, Grip, Limits, Motion, Pick, Suction, Throwable
 from pnt_gym.names import list_names
 from pnt_gym.planning.motion.limits import LimitRows
@@ -61,6 +61,7 @@ class ConveyorConfig(SortingLine):
     cup: Cup = Cup()
     pick: Pick = Pick()
     classifier: Classifier = Classifier()
+    cells: Cells = Cells()
     drift: Drift = Drift()
     bias: Bias = Bias()
     feedback: Feedback = Feedback()
@@ -98,6 +99,10 @@ class ConveyorConfig(SortingLine):
         if unheld:
             verb, pronoun = ("has", "it") if len(unheld) == 1 else ("have", "them")
             yield f"items: {list_names(unheld)} {verb} no seal_force; a suction cup cannot hold {pronoun}"
+        if self.cells.stiffness is not None and self.cup.stiffness is None:
+            yield "cells.stiffness is a range, and cup.stiffness is null, a rigid cup; give cup.stiffness a number"
+        if self.cells.blow_off is not None and self.spread.blow_off > 0.0 == self.cup.blow_off:
+            yield "cells.blow_off is a range and spread.blow_off its spread; give cup.blow_off a number above 0, too"
         for true, row in self.classifier.confusion.items():
             yield from self.strangers(f"classifier.confusion of {true!r}", dict.fromkeys((true, *row)))
             if abs(sum(row.values()) - 1.0) > SUM_TOLERANCE:
@@ -143,7 +148,8 @@ class ConveyorConfig(SortingLine):
     @property
     def pushes(self) -> bool:
         """Whether blown air pushes objects off their cups."""
-        return self.cup.blow_off > 0.0 and self.mismatch > 0.0
+        fastest = max(self.cup.blow_off, *(self.cells.blow_off or (0.0,)))
+        return fastest > 0.0 and self.mismatch > 0.0
 
     def shares(self) -> Floats:
         """Share of each item among the objects on the belt (K,)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple, final
+from typing import Any, ClassVar, NamedTuple, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,11 +38,36 @@ class HiddenDrift(Columns):
     delay: Floats = field("s", "release delay beyond that of the object")
     camera: Pair = field("m", "true position of an object minus the camera's, along x, y")
     encoder: Floats = field("-", "true belt speed over the encoder's, minus 1")
+    scale: Floats = field("-", "true distance from the middle of the lane over the camera's, minus 1")
     draught: Pair = field("m/s", "velocity of the air along x, y")
 
     def plus(self, other: HiddenDrift) -> HiddenDrift:
         """The sum of two drifts of the same cells."""
         return HiddenDrift(rows_of_words(words(self.rows) + words(other.rows), self.dtype))
+
+
+@final
+class HiddenCell(Columns):
+    """Hidden numbers in which a cell differs from others, as `drift.Cells` explains."""
+
+    valve: Floats = field("s", "delay of the valve")
+    tau: Floats = field("s", "time constant of the vacuum under a tight seal")
+    blow_off: Floats = field("m/s", "speed that blown air gives an object at its release")
+    stiffness: Floats = field("N m/rad", "stiffness of the lip; infinite for a rigid cup")
+    drag: Floats = field("-", "factor of every item's drag")
+    restitution: Floats = field("-", "factor of every object's restitution")
+    seal: Floats = field("-", "difference of every item's chance that a cup seals")
+    camera: Floats = field("-", "true distance from the middle of the lane over the camera's, minus 1")
+    encoder: Floats = field("-", "true belt speed over the encoder's, minus 1")
+
+    @classmethod
+    def of_level(cls, config: ConveyorConfig, count: int) -> Self:
+        """The numbers of a level's own cell, for N cells."""
+        suction, cup = config.suction, config.cup
+        return cls.of(
+            count, valve=suction.valve, tau=suction.tau, blow_off=cup.blow_off, stiffness=cup.stiffness or np.inf,
+            drag=1.0, restitution=1.0,
+        )  # fmt: skip
 
 
 @final
@@ -80,6 +105,7 @@ class Context(Columns):
     belt_shift: Floats = field("m", "grasp offset along x that the belt-speed error adds")
     unseen: Pair = field("m", "grasp offset that the drift adds, which no sensor measures")
     spent: Floats = field("s", "time of failed tries to grasp the same object, which counts as part of the cycle")
+    cell: HiddenCell = field("-", "hidden numbers in which the cell differs from others; zeros where cells are alike")
     drift: HiddenDrift = field("-", "hidden drift of the cell")
     before: LastThrow = field("-", "measurements of the previous throw")
 
@@ -231,6 +257,7 @@ def unseen_grasp(hidden: HiddenDrift, pick: Floats, belt: Belt) -> Floats:
     """Grasp offset that camera and encoder add to objects at picks (N, 3), which no sensor measures (N, 2) [m]."""
     offset = hidden.camera.copy()
     offset[:, 0] += hidden.encoder * (pick[:, 0] - belt.camera_x)
+    offset[:, 1] += hidden.scale * (pick[:, 1] - sum(belt.lane_y) / 2.0)
     return offset
 
 

@@ -1,7 +1,8 @@
-"""Config sections of what no sensor measures: drift during a shift of picks, and constants that were fitted.
+"""Config sections of what no sensor measures: drift during a shift, differences between cells, and fitted constants.
 
 Values of drift are assumed, of the size in maintenance reports of such cells. Every drift is centred at zero, so that a
-controller without adaptation cannot gain from its mean. The constants are those of one cell, from its measured throws.
+controller without adaptation cannot gain from its mean. Ranges of what differs between cells are assumed as well. The
+constants are those of one cell, from its measured throws.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.config import Section
+from pnt_gym.cells.base.config import Section, check_ranges
 
 
 class Wander(Section):
@@ -140,6 +141,74 @@ class Drift(Section):
     def moves(self) -> bool:
         """Whether any drift is ever different from zero."""
         return any(section.moves for section in (self.delay, self.camera, self.encoder, self.draught))
+
+
+_Time = Annotated[float, Field(ge=0, le=0.1)]
+_Speed = Annotated[float, Field(ge=0, le=1)]
+_Stiffness = Annotated[float, Field(ge=0.05, le=100)]
+_Factor = Annotated[float, Field(ge=0.1, le=10)]
+_Points = Annotated[float, Field(ge=-0.5, le=0.5)]
+_Scale = Annotated[float, Field(ge=-0.1, le=0.1)]
+
+
+@final
+class Cells(Section):
+    """Ranges from which each episode draws the cell in which it takes place; null: as the level's other sections say.
+
+    A range whose ends are equal fixes its value. Differences scale with the mismatch.
+    """
+
+    valve: tuple[_Time, _Time] | None = Field(default=None, description="Delay of the valve, drawn uniformly [s].")
+    tau: tuple[_Time, _Time] | None = Field(
+        default=None, description="Time constant of the vacuum under a tight seal, drawn uniformly [s]."
+    )
+    blow_off: tuple[_Speed, _Speed] | None = Field(
+        default=None,
+        description="Speed downwards that air blown into the cup gives an object at its release, drawn uniformly "
+        "[m/s].",
+    )
+    stiffness: tuple[_Stiffness, _Stiffness] | None = Field(
+        default=None, description="Stiffness of the lip, whose logarithm is drawn uniformly [N m/rad]."
+    )
+    drag: tuple[_Factor, _Factor] | None = Field(
+        default=None, description="Factor of every item's drag, drawn uniformly."
+    )
+    restitution: tuple[_Factor, _Factor] | None = Field(
+        default=None, description="Factor of every object's restitution, which stays at most 1, drawn uniformly."
+    )
+    seal: tuple[_Points, _Points] | None = Field(
+        default=None,
+        description="Difference of every item's chance that a cup seals, which stays between 0 and 1, drawn uniformly.",
+    )
+    camera: tuple[_Scale, _Scale] | None = Field(
+        default=None,
+        description="True distance of an object from the middle of the belt's lane over that of the belt's camera, "
+        "minus 1, drawn uniformly.",
+    )
+    encoder: tuple[_Scale, _Scale] | None = Field(
+        default=None, description="True speed of the belt over the encoder's, minus 1, drawn uniformly."
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        check_ranges(self, "cells", *self.ranges)
+        return self
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """The ranges that are given, by key."""
+        return {name: bounds for name, bounds in self if bounds is not None}
+
+    def draw(self, random: np.random.Generator) -> dict[str, float]:
+        """Values of one cell by the keys of the given ranges; each value has a draw of its own at every level."""
+        shares = dict(zip(type(self).model_fields, random.random(len(type(self).model_fields)).tolist(), strict=True))
+        drawn = {}
+        for name, (low, high) in self.ranges.items():
+            is_log = name == "stiffness"
+            ends = np.log((low, high)) if is_log else np.array((low, high))
+            value = ends[0] + shares[name] * (ends[1] - ends[0])
+            drawn[name] = float(np.clip(np.exp(value) if is_log else value, low, high))
+        return drawn
 
 
 _Offset = Annotated[float, Field(ge=-CameraOffset.bound, le=CameraOffset.bound)]

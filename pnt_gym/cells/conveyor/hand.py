@@ -86,7 +86,7 @@ class ThrowClock:
         shift = release * step - free_at
         settled = free_at + LATEST_FLIGHT * plans.release.flight_time + SETTLING_TIME
         end = step_counts(np.maximum(plans.path.duration + shift, settled), step)
-        push = np.where(grip_results.unthrown, 0.0, config.mismatch * config.cup.blow_off)
+        push = np.where(grip_results.unthrown, 0.0, config.mismatch * context.objects.blow_off)
         parting = Parting.hanging(context.without_spin(grip_results.unthrown), push)
         lip, offset = config.lip_length, context.cup_offset
         clock = cls(plans.path, offset, free_at, shift, release, end, step, grip_results, parting, lip)

@@ -123,6 +123,7 @@ HIDDEN: Final = (
     Quantity("jitter", "s", "part of the delay that differs from throw to throw", lambda c: c.objects.jitter),
     Quantity("friction", "-", "sliding friction of its surface", lambda c: c.objects.friction),
     Quantity("rolling_friction", "m", "rolling friction of its surface", lambda c: c.objects.rolling_friction),
+    Quantity("restitution", "-", "rebound speed over impact speed", lambda c: c.objects.restitution),
     Quantity("yaw", "rad", "true direction of the object on the belt", lambda c: c.objects.yaw),
     Quantity("grasp_x", "m", "true centre of mass from the cup axis, along the belt", lambda c: c.grasp[:, 0]),
     Quantity("grasp_y", "m", "true centre of mass from the cup axis, across the belt", lambda c: c.grasp[:, 1]),
@@ -141,6 +142,18 @@ DRIFT: Final = (
     Quantity("draught_y", "m/s", "velocity of the air across the belt", lambda c: c.drift.draught[:, 1]),
 )
 """Further hidden values of a cell that drifts."""
+CELL: Final = (
+    Quantity("cell_valve", "s", "delay of the cell's valve", lambda c: c.cell.valve),
+    Quantity("cell_tau", "s", "time constant of the cell's vacuum", lambda c: c.cell.tau),
+    Quantity("cell_blow_off", "m/s", "speed that the cell's blown air gives an object", lambda c: c.cell.blow_off),
+    Quantity("cell_stiffness", "N m/rad", "stiffness of the cell's lip", lambda c: c.cell.stiffness),
+    Quantity("cell_drag", "-", "the cell's factor of drag", lambda c: c.cell.drag),
+    Quantity("cell_restitution", "-", "the cell's factor of restitution", lambda c: c.cell.restitution),
+    Quantity("cell_seal", "-", "difference of the chance that the cell's cup seals", lambda c: c.cell.seal),
+    Quantity("cell_camera", "-", "scale of the cell's camera across the belt, less 1", lambda c: c.cell.camera),
+    Quantity("cell_encoder", "-", "true belt speed over the cell's encoder's, less 1", lambda c: c.cell.encoder),
+)
+"""Further hidden values where each episode has a cell of its own."""
 
 
 def decode(observation: ArrayLike) -> dict[str, Floats]:

@@ -71,13 +71,20 @@ class PickPlanner:
         self._table = item_arrays(config.item_list())
         self._maker = ObjectMaker(config, self._table)
         self._volumes = mean_volumes(config, self._table)
+        spread, uniform, normal = config.spread, np.random.Generator.random, np.random.Generator.standard_normal
         side_effects = (
-            (config.pick.fails, Purpose.PICK, "pick"),
-            (config.classifier.confusion, Purpose.CLASS, "seen"),
-            (config.bins.emptied, Purpose.FILL, "fill"),
+            (config.pick.fails, Purpose.PICK, "pick", uniform),
+            (config.classifier.confusion, Purpose.CLASS, "seen", uniform),
+            (config.bins.emptied, Purpose.FILL, "fill", uniform),
+            (
+                any((spread.restitution, spread.friction, spread.blow_off, spread.residue)),
+                Purpose.SPREAD,
+                "spread",
+                normal,
+            ),
         )
-        self._side_purposes = [(purpose, column) for is_on, purpose, column in side_effects if is_on]
-        """Purposes for which the level draws aside, and the fields of `SideDraws` for these draws."""
+        self._side_draws = [effect[1:] for effect in side_effects if effect[0]]
+        """Purposes for which the level draws aside, fields of `SideDraws` for these draws, and how they are drawn."""
 
     def draw(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Objects:
         """Draw `count` new objects from the generators of some rows, shape (len(rows), count)."""
@@ -85,9 +92,9 @@ class PickPlanner:
         side_draws = SideDraws.none(self.config, len(rows), count)
         for place, row in enumerate(rows):
             generator = generators[int(row)]
-            for purpose, column in self._side_purposes:
+            for purpose, column, draw in self._side_draws:
                 with move_aside(generator, purpose):
-                    generator.random(out=getattr(side_draws, column)[place])
+                    draw(generator, out=getattr(side_draws, column)[place])
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
         return self._maker.make(normals, uniforms, side_draws)

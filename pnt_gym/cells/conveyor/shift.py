@@ -1,4 +1,4 @@
-"""Shifts of picks of N cells: drift from pick to pick, and measurements of a camera over the bins."""
+"""Shifts of picks of N cells: how cells differ and drift, and measurements of a camera over the bins."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.cells.base.cell import Generators, Purpose, move_aside
 from pnt_gym.cells.base.features import FeatureTable, Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.context import Context, HiddenDrift, LastThrow, constant_bias, unseen_grasp
-from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
-from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, SHIFT_TABLE, TABLE
+from pnt_gym.cells.conveyor.context import Context, HiddenCell, HiddenDrift, LastThrow, constant_bias, unseen_grasp
+from pnt_gym.cells.conveyor.objects.drawing import lip_spin, release_delay, spin_at_grasp
+from pnt_gym.cells.conveyor.observation import CELL, DRIFT, HIDDEN, SHIFT_TABLE, TABLE
 from pnt_gym.cells.conveyor.outcome import Outcome
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -81,26 +81,48 @@ class DriftSchedule:
 
 
 class SteadyCells:
-    """N cells without drift and without a camera over their bins, so observations have no previous landing."""
+    """N cells without drift and without a camera over their bins, so observations have no previous landing.
+
+    Args:
+        config: the cell; where its section `cells` has ranges, every episode has a cell of its own.
+        generators: one per row.
+    """
 
     info_errors: tuple[str, ...] = ()
     """Info keys of measured landing errors; empty where the info has only the true errors."""
     table: FeatureTable = TABLE
     """Features of an observation."""
-    hidden: tuple[Quantity, ...] = HIDDEN
-    """Hidden values, which no observation has."""
+
+    def __init__(self, config: ConveyorConfig, generators: Generators) -> None:
+        self._config = config
+        self._cells = draw_cells(config, generators)
+
+    @property
+    def hidden(self) -> tuple[Quantity, ...]:
+        """Hidden values, which no observation has."""
+        return (*HIDDEN, *CELL) if self._config.cells.ranges else HIDDEN
 
     def begin(self, rows: Ints, generators: Generators, picks: Context) -> Context:
         """First picks of new shifts in some rows, with one generator per row."""
-        return picks
+        self._cells.put(rows, draw_cells(self._config, generators))
+        return self._hide(picks, take(self._cells, rows), HiddenDrift.of(len(rows)))
 
     def after(self, context: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
         """The picks that follow throws, with the measurements of those throws and the drift by now."""
-        return picks
+        return self._hide(picks, self._cells, HiddenDrift.of(len(picks.pick)))
 
     def feedback(self, before: LastThrow) -> dict[str, NDArray[Any]]:
         """Info of the previous throws, (N,) each."""
         return {}
+
+    def _hide(self, picks: Context, cells: HiddenCell, now: HiddenDrift) -> Context:
+        """Picks in cells that differ, and that have drifted by now."""
+        config = self._config
+        if config.cells.ranges:
+            m = config.mismatch
+            calibration = HiddenDrift.of(len(picks.pick), encoder=m * cells.encoder, scale=m * cells.camera)
+            return apply_drift(apply_cell(picks, cells, config), calibration.plus(now), config)
+        return apply_drift(picks, now, config) if config.drift.moves else picks
 
 
 @final
@@ -117,21 +139,26 @@ class DriftingCells(SteadyCells):
 
     info_errors = CAMERA_ERRORS
     table = SHIFT_TABLE
-    hidden = (*HIDDEN, *DRIFT)
 
     def __init__(self, config: ConveyorConfig, generators: Generators) -> None:
         if not FEWEST_PICKS <= config.picks_per_shift <= MOST_PICKS:
             raise ConfigError(
                 f"picks_per_shift is {config.picks_per_shift}; in PnTAdapt-v0 it must be {FEWEST_PICKS} to {MOST_PICKS}"
             )
-        self._config = config
+        super().__init__(config, generators)
         self._schedule = DriftSchedule.draw(generators, config)
+
+    @property
+    def hidden(self) -> tuple[Quantity, ...]:
+        """Hidden values, which no observation has."""
+        return (*super().hidden, *DRIFT)
 
     def begin(self, rows: Ints, generators: Generators, picks: Context) -> Context:
         """First picks of new shifts, whose drift is drawn here."""
         schedule = DriftSchedule.draw(generators, self._config)
         self._schedule = replace_rows(self._schedule, rows, schedule)
-        return apply_drift(picks, schedule.now(), self._config) if self._config.drift.moves else picks
+        self._cells.put(rows, draw_cells(self._config, generators))
+        return self._hide(picks, take(self._cells, rows), schedule.now())
 
     def after(self, context: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
         """The next picks in cells that have drifted further, with the camera's measurements of these throws."""
@@ -147,13 +174,24 @@ class DriftingCells(SteadyCells):
         before = LastThrow.of(
             len(rim), seen=is_visible, error=error, shift=offset, direction=context.direction, gone=gone
         )
-        coming = apply_drift(picks, self._schedule.now(), self._config) if self._config.drift.moves else picks
-        return coming.replace(before=before)
+        return self._hide(picks, self._cells, self._schedule.now()).replace(before=before)
 
     def feedback(self, before: LastThrow) -> dict[str, NDArray[Any]]:
         """Landing errors that the camera measured, NaN where it saw nothing, and the throw's number in the shift."""
         error = np.where(before.seen[:, None], before.error, np.nan)
         return {**dict(zip(CAMERA_ERRORS, error.T.copy(), strict=True)), "pick_in_shift": self._schedule.at - 1}
+
+
+def draw_cells(config: ConveyorConfig, generators: Generators) -> HiddenCell:
+    """The numbers of new cells, one cell per generator; the generators do not advance."""
+    cells = HiddenCell.of_level(config, len(generators))
+    if not config.cells.ranges:
+        return cells
+    drawn = list[dict[str, float]]()
+    for generator in generators:
+        with move_aside(generator, Purpose.CELL):
+            drawn.append(config.cells.draw(np.random.default_rng(generator.integers(2**63, size=4))))
+    return cells.replace(**{name: np.array([values[name] for values in drawn]) for name in config.cells.ranges})
 
 
 def make_drift(config: ConveyorConfig, generators: Generators, feedback: bool) -> SteadyCells:
@@ -169,7 +207,27 @@ def make_drift(config: ConveyorConfig, generators: Generators, feedback: bool) -
             f"level {config.name!r} drifts, and the observations of this environment do not show drift; use "
             "PnTAdapt-v0, or set the parts of its section `drift` to 0"
         )
-    return SteadyCells()
+    return SteadyCells(config, generators)
+
+
+def apply_cell(context: Context, cell: HiddenCell, config: ConveyorConfig) -> Context:
+    """Picks in cells that differ: delay, spin, drag, restitution and seals change, measurements do not."""
+    objects, m, suction = context.objects, config.mismatch, config.suction
+    usual = config.cup.blow_off
+    blow_off = objects.blow_off * (cell.blow_off / usual) if usual > 0.0 else cell.blow_off
+    # A lip's stiffness and the vacuum belong to the cell, drag and restitution to the cell's objects.
+    changed = objects.replace(
+        valve=cell.valve, tau=cell.tau, blow_off=blow_off, stiffness=cell.stiffness,
+        drag=objects.drag * (1.0 + m * (cell.drag - 1.0)),
+        restitution=np.minimum(objects.restitution * (1.0 + m * (cell.restitution - 1.0)), 1.0),
+        pick_chance=np.clip(objects.pick_chance + cell.seal, 0.0, 1.0),
+    )  # fmt: skip
+    place = objects.grasp + context.unseen
+    before, after = (release_delay(o.seal, o.mass, o.valve, o.tau, suction) for o in (objects, changed))
+    spin = objects.spin + (lip_spin(changed, place, config) - lip_spin(objects, place, config))
+    return context.replace(
+        objects=changed.replace(delay=np.maximum(objects.delay + m * (after - before), 0.0), spin=spin), cell=cell
+    )
 
 
 def apply_drift(context: Context, now: HiddenDrift, config: ConveyorConfig) -> Context:

@@ -150,7 +150,10 @@ class Grasper:
         Of the grasp offset the sensors do not see a part, `unseen` (N, 2) [m].
         """
         config, seen = self._config, objects.measured
-        before, after = (release_delay(seal, objects.mass, config.suction) for seal in (objects.seal, force))
+        before, after = (
+            release_delay(seal, objects.mass, objects.valve, objects.tau, config.suction)
+            for seal in (objects.seal, force)
+        )
         return objects.replace(
             grasp=grasp,
             spin=spin_at_grasp(objects, grasp, config, force),

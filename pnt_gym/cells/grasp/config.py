@@ -102,5 +102,7 @@ class GraspConfig(ConveyorConfig):
             yield f"grasp.objects is {self.grasp.objects}; it must be 1 on the belt"
         if self.grasp.tries > 1 and not self.belt.tracking:
             yield f"grasp.tries is {self.grasp.tries}; without belt.tracking it must be 1"
+        if self.cells.ranges:
+            yield "cells: PnTGrasp-v0 shows no landing from which a cell could be learned; leave cells out"
         if self.drift.moves:
             yield "drift: PnTGrasp-v0 shows no landing from which a drift could be learned; set its parts to 0"

@@ -16,6 +16,7 @@ from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, Value
+from pnt_gym.constants import WORLD
 from pnt_gym.errors import ConfigError, one_sentence
 from pnt_gym.names import BRIEF, list_names, unknown_name
 
@@ -28,7 +29,9 @@ MOST_OBJECTS: Final = 400_000
 """Objects that are drawn for a shift at most: four hours of 20 a second are 300,000, some 250 MB."""
 MADE_TABLES: Final = Path("runs") / "chances"
 """Folder of the tables that commands make, in the working folder."""
-_UNCONCERNED: Final = {"name", "mix", "fidelity", "dispatch", "patience", "picks_per_shift", "reward", "timestep"}
+_UNCONCERNED: Final = {
+    "name", "mix", "fidelity", "dispatch", "patience", "picks_per_shift", "reward", "timestep", "cells",
+}  # fmt: skip
 """Fields of a cell on which a line's table of throws does not depend."""
 _GHOSTS: Final = {"belt": {"neighbours": "ghosts"}}
 """Neighbours on a line, where carried objects pass over the objects on the belt."""
@@ -202,6 +205,8 @@ class LineConfig(LevelConfig):
             )
         if cell.drift.moves:
             yield "cell.drift is not zero; a line has no drift: leave cell.drift out"
+        if cell.cells.ranges:
+            yield "cell.cells has ranges; a line's throws are those of one cell: leave cell.cells out"
 
     def _robot_problems(self) -> Iterator[str]:
         """What is wrong with the robots beside each other: names, bins that fill, windows and standstills."""
@@ -255,7 +260,7 @@ class LineConfig(LevelConfig):
         for cell in self.cells():
             unconcerned = _UNCONCERNED if cell.bias.applies else {*_UNCONCERNED, "bias"}
             different.add(json.dumps(cell.model_dump(mode="json", exclude=unconcerned), sort_keys=True))
-        return hashlib.sha256("\n".join(sorted(different)).encode()).hexdigest()[:16]
+        return hashlib.sha256("\n".join([f"world {WORLD}", *sorted(different)]).encode()).hexdigest()[:16]
 
     def made_table(self, folder: Path = MADE_TABLES) -> Path:
         """File of the line's table of throws, as commands name the tables that they make."""

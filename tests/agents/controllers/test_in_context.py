@@ -7,7 +7,18 @@ import pytest
 import torch
 
 from agents.controllers import in_context
-from agents.controllers.in_context import BLURRED, LEVELS, PICKS, SHIFTS, STRONGEST, UNSEEN, InContext, simulate_shifts
+from agents.controllers.in_context import (
+    BLURRED,
+    LEVELS,
+    PICKS,
+    SHIFTS,
+    SHORT,
+    STRONGEST,
+    UNSEEN,
+    InContext,
+    shuffle_shifts,
+    simulate_shifts,
+)
 from agents.controllers.recurrent import UNIT, Recurrent, _layers, train
 from agents.controllers.trackers import drift_effects
 from agents.ground.cli import UsageError
@@ -49,7 +60,7 @@ def test_numpy_carries_out_what_torch_has_trained() -> None:
 
 
 def test_a_state_that_holds_no_network_is_refused() -> None:
-    tracker = InContext(CAMERA)
+    tracker = InContext(CAMERA, False)
     with pytest.raises(UsageError, match="holds no network") as caught:
         tracker.restore({"weight_0": np.zeros((2, 2))})
     assert "\n" not in str(caught.value)
@@ -138,11 +149,11 @@ def test_a_little_study_lowers_the_loss(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(in_context, "PICKS", 20)
     made, z = throws(200), np.random.default_rng(1).normal(0.0, 0.004, (200, 2))
     (fresh,) = simulate_shifts(made, z, CAMERA, 1, seed=99)
-    tracker = InContext(CAMERA, size=16, batches=80)
+    tracker = InContext(CAMERA, False, size=16, batches=80)
     before = missed(tracker, fresh)
-    tracker.study(made, z, seed=0)
+    tracker.study(made, z, np.zeros(len(made), dtype=np.int64), seed=0)
     assert missed(tracker, fresh) < 0.75 * before
-    other = InContext(CAMERA, size=16)
+    other = InContext(CAMERA, False, size=16)
     other.restore(tracker.state())
     for one in (tracker, other):
         one.begin(everyone(3))
@@ -160,3 +171,33 @@ def test_a_seed_names_the_network() -> None:
     assert torch.equal(torch.get_rng_state(), before)
     assert all(np.array_equal(first[name], again[name]) for name in first)
     assert not np.array_equal(first["head_weight"], other["head_weight"])
+
+
+def test_where_cells_differ_a_training_shift_is_of_one_shift_of_the_practice() -> None:
+    counts = [SHORT, SHORT + 9, SHORT - 1]
+    shift = np.random.default_rng(2).permutation(np.repeat([4, 7, 1], counts))
+    made = throws(sum(counts))
+    z = np.stack([0.001 * shift, np.arange(len(shift)) * 1e-6], axis=1)  # the landing tells its shift and its throw
+    for lessons in shuffle_shifts(made, z, shift, 2, seed=0):
+        assert lessons.true.shape == (SHIFTS, SHORT, 2)
+        assert all(len(np.unique(row[:, 0])) == 1 for row in lessons.true)
+        assert all(len(np.unique(row[:, 1])) == SHORT for row in lessons.true)
+        assert set(np.unique(lessons.true[..., 0])) == {0.004, 0.007}  # the third one is too short
+        assert not lessons.z[~lessons.has_landing].any()
+    with pytest.raises(UsageError, match=f"no shift of the practice has {SHORT} landings"):
+        next(shuffle_shifts(made[:9], z[:9], shift[:9], 1, seed=0))
+
+
+def test_a_network_learns_what_cells_have_in_common() -> None:
+    random = np.random.default_rng(3)
+    shift = np.repeat(np.arange(80), SHORT)
+    made, offsets = throws(len(shift)), random.normal(0.0, 0.03, (80, 2))
+    z = offsets[shift] + random.normal(0.0, 0.003, (len(shift), 2))
+    tracker = InContext(CAMERA, True, size=16, batches=150)
+    tracker.study(made, z, shift, seed=0)
+    rows = np.full(20, True)
+    tracker.begin(rows)
+    new, other = random.normal(0.0, 0.03, (20, 2)), throws(20)
+    for _ in range(6):
+        tracker.learn(other, new, rows)
+    assert np.abs(tracker.effect(other) - new).mean() < 0.4 * np.abs(new).mean()

@@ -29,7 +29,7 @@ def network(size: int = 8) -> dict[str, np.ndarray]:
 
 
 def in_context() -> InContext:
-    tracker = InContext(CAMERA, size=8)
+    tracker = InContext(CAMERA, False, size=8)
     tracker.restore(network())
     return tracker
 

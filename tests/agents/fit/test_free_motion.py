@@ -11,10 +11,10 @@ import yaml
 import pnt_gym
 from agents.fit import reading
 from agents.fit.fitted import fit_log
+from agents.fit.log import ThrowLog
 from agents.fit.model import ThrowModel
 from agents.fit.parameters import priors
 from agents.ground.cli import UsageError
-from agents.judging.log import ThrowLog
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from tests.tools.commands import call_here, output_of, refused
 from tests.tools.fitting import QUIET, WASTE, level, throw

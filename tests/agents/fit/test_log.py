@@ -13,9 +13,10 @@ import pytest
 
 from agents.controllers import make_controller
 from agents.fit import reading
+from agents.fit.log import COLUMNS, GROUPS, ThrowLog
 from agents.fit.reading import MOST, MOST_LINES
 from agents.ground.cli import UsageError
-from agents.judging.log import COLUMNS, GROUPS, Recorder, ThrowLog
+from agents.judging.recorder import Recorder
 from agents.judging.trials import open_trial
 from agents.pictures.stage import Stage
 from tests.tools.fitting import WASTE, level, same_logs, throw, usual_log

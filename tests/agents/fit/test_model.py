@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from agents.fit.hidden import draw_hidden, standard_draws
+from agents.fit.log import ThrowLog
 from agents.fit.model import ThrowModel
 from agents.fit.parameters import PARAMETERS, level_at, priors, values_at
 from agents.ground.cli import UsageError
-from agents.judging.log import ThrowLog
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig

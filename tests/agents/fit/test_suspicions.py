@@ -10,11 +10,11 @@ from agents.fit import misfit, twins
 from agents.fit.density import Density, Mode
 from agents.fit.effects import Effect, readings
 from agents.fit.fitted import Fitted, fit_log
+from agents.fit.log import ThrowLog
 from agents.fit.misfit import Finding, Residuals, name_causes
 from agents.fit.model import ThrowModel
 from agents.fit.parameters import priors
 from agents.fit.words import sentences
-from agents.judging.log import ThrowLog
 from pnt_gym.arrays import Floats
 from tests.tools.fitting import QUIET, WASTE, level, throw, usual_log
 

@@ -100,6 +100,21 @@ def test_paired_rate_is_the_difference_of_the_rates() -> None:
     assert found.excludes_zero
 
 
+def test_a_share_that_is_won_lies_between_the_rates_and_is_paired() -> None:
+    random = np.random.default_rng(6)
+    hard, seconds = random.uniform(-8.0, 8.0, 200), np.full(200, 45.0)  # some shifts are hard for everybody
+    least, own, most = (np.stack([mean + hard, seconds], axis=1) for mean in (25.0, 34.0, 35.0))
+    found = metrics.share_won(own, least, most)
+    assert found.value == pytest.approx(0.9)
+    assert found.high - found.low < 1e-6  # what all share is no doubt
+    assert metrics.share_won(least, least, most).value == pytest.approx(0.0)
+    assert metrics.share_won(most, least, most).value == pytest.approx(1.0)
+    assert metrics.rate(*own.T).value == pytest.approx(60.0 * own[:, 0].sum() / own[:, 1].sum())
+    assert metrics.rate(*own.T).high - metrics.rate(*own.T).low > 1.0
+    with pytest.raises(metrics.MetricError, match=r"must all be \(N, 2\)"):
+        metrics.share_won(own, least[:9], most)
+
+
 def test_interval_covers_the_truth_as_often_as_it_says() -> None:
     random = np.random.default_rng(6)
     hits = 0

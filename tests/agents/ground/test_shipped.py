@@ -1,5 +1,6 @@
 """Policies that ship have names that hold in a checkout and in an installed package."""
 
+import sys
 import tomllib
 from contextlib import closing
 from fnmatch import fnmatch
@@ -24,7 +25,11 @@ HAND_TEXTS = [*sorted((SHIPPED / "docs").glob("*.md")), SHIPPED / "README.md"]
 @pytest.mark.parametrize("name", POLICIES)
 def test_a_name_is_a_policy_of_its_environment_that_is_in_the_wheel(name: str) -> None:
     place, policy = shipped.place(PREFIX + name), POLICIES[name]
-    files = [place] if place.suffix == ".npz" else [place / part for part in ("policy.npz", "args.yml", "env.yaml")]
+    files = (
+        [place]
+        if place.suffix in (".npz", ".yaml")
+        else [place / part for part in ("policy.npz", "args.yml", "env.yaml")]
+    )
     wheel = tomllib.loads((SHIPPED / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     for file in files:
         assert file.is_file()
@@ -52,6 +57,16 @@ def test_a_shipped_policy_is_judged_by_its_name_and_by_its_folder(tmp_path: Path
     assert by_name.pop("controller") == "shipped:waste-sac"
     assert by_folder.pop("controller") != "shipped:waste-sac"
     assert by_name == by_folder
+
+
+def test_what_adapts_is_judged_in_cells_that_nobody_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "torch", None)  # an import fails
+    options = "--num-envs 4 --picks 200"
+    figures = figures_of(f"evaluate --controller shipped:cells {options}", tmp_path)
+    assert (figures["env"], figures["level"]) == ("PnTAdapt-v0", "cells")
+    assert figures["landing_error_second_half_m"] < 0.025
+    said = "needs observations of the previous landing"
+    assert said in refused("agents.evaluate", "--controller", "shipped:cells", "--env", "PnTRelease-v0")
 
 
 def test_shipped_policies_decide_on_lines_and_release(tmp_path: Path) -> None:

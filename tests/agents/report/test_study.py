@@ -109,6 +109,19 @@ def test_shares_that_meet_are_those_of_all_cases() -> None:
     assert templates.text("share|percent(0)", {"share": whole}) == "67 % (30..90)"
 
 
+def test_lists_that_meet_are_joined_and_tell_rates_landings_and_shares_won() -> None:
+    rows: list[dict[str, Any]] = [
+        {"cells": [[20.0, 30.0, 0.4, 20.0]], "least": [[10.0, 30.0]], "most": [[30.0, 30.0]]},
+        {"cells": [[30.0, 30.0, 0.8, 40.0]], "least": [[10.0, 30.0]], "most": [[30.0, 30.0]]},
+    ]
+    whole = pool(rows)
+    assert whole["cells"] == [[20.0, 30.0, 0.4, 20.0], [30.0, 30.0, 0.8, 40.0]]
+    assert templates.text("cells|pace|number", whole) == "50.0 (40.0..60.0)"
+    assert templates.text("cells|pace(most)|number(sign=true)", whole) == "-10.0 (-20.0..+0.0)"
+    assert templates.text("cells|landing|mm", whole) == "20.0 mm (20.0..20.0)"
+    assert templates.text("cells|won(least, most)|percent(0)", whole) == "75 % (50..100)"
+
+
 @pytest.mark.parametrize("changes", [{"figure": ""}, {"columns": ""}, {"figures": {"pace": "pace"}}])
 def test_a_table_has_figures_or_columns_of_one_figure(changes: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match="figures are needed, or columns and a figure"):

@@ -141,13 +141,12 @@ def test_no_rebound_in_the_engine_is_greater_than_the_largest(restitution, slack
     core = make_core({"base": "waste", "fidelity": "flight", "items": ["paper_ball"], "mismatch": 0.001}, 100)
     cell: Any = core.cell
     free, context, rows = cell.plant.free, cell.context, np.arange(100)
-    solref = np.tile(contact_solref(restitution), (100, 1))
-    context = context.replace(objects=context.objects.replace(solref=solref))
+    context = context.replace(objects=context.objects.replace(restitution=restitution))
     qpos, qvel = np.zeros((100, 7)), np.zeros((100, 6))
     qpos[:, :3], qpos[:, 3], qvel[:, 2] = context.target, 1.0, -2.5
     qpos[:, 2] -= np.linspace(0.06, 0.09, 100)
     free._write(rows, context, qpos, qvel)
     speed = free.batch.rollout(100, record=("qvel",), ids=rows)["qvel"][..., 2]
     largest = np.empty(1)
-    fill_rebounds(solref[:1], core.config.timestep, largest)
+    fill_rebounds(contact_solref([restitution]), core.config.timestep, largest)
     assert largest[0] - slack < (speed.max(axis=1) / -speed.min(axis=1)).max() < largest[0] + 0.003

@@ -134,8 +134,8 @@ def changed(o: Objects, name: str) -> Objects:
 
 
 HIDDEN = (
-    "mass", "size", "drag", "com_depth", "seal", "delay", "jitter", "friction", "rolling_friction", "solref",
-    "yaw", "grasp", "spin",
+    "mass", "size", "drag", "com_depth", "seal", "delay", "jitter", "friction", "rolling_friction", "restitution",
+    "yaw", "grasp", "spin", "blow_off",
 )  # fmt: skip
 
 

@@ -218,7 +218,7 @@ def test_under_a_rigid_lip_spin_follows_the_offset():
 def test_a_lip_that_peels_opens_where_the_object_truly_is():
     core, offset = cells(30, **QUICK), np.array([0.006, -0.010])
     o, spin = core.context.objects, spun(core.config, core, offset)
-    tau, found = time_constant(o.seal, core.config.suction), turn_back(spin, *o.turn) * o.inertia
+    tau, found = time_constant(o.seal, o.tau, core.config.suction), turn_back(spin, *o.turn) * o.inertia
     columns = zip(9.81 * o.mass, *(o.grasp + offset).T, o.cup_radius, tau, strict=True)
     impulse = np.array([(*peel_impulse(*row), 0.0) for row in columns])
     np.testing.assert_allclose(found, turn_back(impulse, *o.turn), rtol=1e-9, atol=1e-15)

@@ -65,11 +65,11 @@ def springs(context: Context, config: ConveyorConfig) -> Spring:
     constant load a lip bends more than load over stiffness, by the share zeta w h. About the vertical axis the lip is
     as stiff as a step allows.
     """
-    cup, step, inertia = config.cup, config.timestep, context.lip_inertia
-    stiffness = (cup.stiffness or np.inf) / config.mismatch
+    damping, step, inertia = config.cup.damping, config.timestep, context.lip_inertia
+    stiffness = context.objects.stiffness[:, None] / config.mismatch
     turn = np.minimum(step * np.sqrt(stiffness / inertia), LARGEST_PHASE)
     turn[:, 2] = LARGEST_PHASE
-    ratio = np.array([cup.damping, cup.damping, TWIST_RATIO])
+    ratio = np.array([damping, damping, TWIST_RATIO])
     decay, wave = np.exp(-ratio * turn), np.cos(turn * np.sqrt(1.0 - ratio**2))
     return Spring(
         stiffness=inertia * (1.0 + decay * decay - 2.0 * decay * wave) / step**2,

@@ -39,7 +39,7 @@ NORMALS, UNIFORMS = Normals.dtype.itemsize // 8, Uniforms.dtype.itemsize // 8
 @final
 @dataclass(frozen=True)
 class SideDraws:
-    """Draws aside for effects that a level switches on, uniform in [0, 1), with any leading shape S."""
+    """Draws aside for effects that a level switches on, with any leading shape S; uniform in [0, 1) unless noted."""
 
     pick: Floats
     """Draw that decides whether the cup seals; 1 where picks do not fail."""
@@ -47,11 +47,14 @@ class SideDraws:
     """Draw of the item that the classifier sees."""
     fill: Floats
     """Draw of the content of each bin, S + (B,)."""
+    spread: Floats
+    """Standard normal draws of restitution, friction, blown air and residue, S + (4,)."""
 
     @classmethod
     def none(cls, config: ConveyorConfig, *shape: int) -> SideDraws:
-        """Draws with which no pick fails and all bins are empty."""
-        return cls(np.ones(shape), np.zeros(shape), np.zeros((*shape, max(len(config.bins.fixed), 1))))
+        """Draws with which no pick fails, all bins are empty, and contacts and air have their medians."""
+        empty = np.zeros((*shape, max(len(config.bins.fixed), 1)))
+        return cls(np.ones(shape), np.zeros(shape), empty, np.zeros((*shape, 4)))
 
 
 @final
@@ -67,11 +70,10 @@ class ObjectMaker:
         self._config, self._table = config, table
         spread, noise, belt = config.spread, config.noise, config.belt
         cell = CellNumbers.zeros(
-            1, mismatch=config.mismatch, residue_chance=spread.residue_chance, residue=spread.residue,
-            com_depth=spread.com_depth, height=spread.height, grasp=spread.grasp, yaw=spread.yaw,
-            belt_speed=spread.belt_speed, spin=spread.spin, spin_per_offset=spread.spin_per_offset,
+            1, mismatch=config.mismatch, com_depth=spread.com_depth, height=spread.height, grasp=spread.grasp,
+            yaw=spread.yaw, belt_speed=spread.belt_speed, spin=spread.spin, spin_per_offset=spread.spin_per_offset,
             size_noise=noise.size, yaw_noise=noise.yaw, grasp_noise=noise.grasp, jitter=config.suction.jitter,
-            fitted=config.cup.fitted, lane_y=belt.lane_y, spacing=belt.spacing,
+            fitted=config.cup.fitted, lane_y=belt.lane_y, spacing=belt.spacing, **cup_numbers(config),
         )  # fmt: skip
         self._mix = ItemMix(
             cell=cell,
@@ -82,6 +84,9 @@ class ObjectMaker:
         )
         self._scales = np.array([spread.mass, spread.seal, spread.drag, noise.mass, noise.seal])
         """Spreads of the logarithms of mass, seal, drag and of their measurements."""
+        hidden = config.mismatch * np.array([spread.restitution, spread.friction])
+        self._side_scales = np.array([*hidden, spread.blow_off, spread.residue])
+        """Spreads of the logarithms of restitution, friction, the speed of blown air and the residue."""
 
     def make(self, normals: Floats, uniforms: Floats, side_draws: SideDraws) -> Objects:
         """Objects S from standard normal draws S + (NORMALS,), uniform draws S + (UNIFORMS,) and side draws S."""
@@ -91,17 +96,22 @@ class ObjectMaker:
         aside["pick"], aside["seen"] = side_draws.pick, side_draws.seen
         z, u, made = _rows(normals, Normals), _rows(uniforms, Uniforms), rows.reshape(-1)
         # Exponential factors; spreads are log-normal, so values stay positive.
-        spread, doubles, exponents = config.spread, words(z), np.empty((len(z), 8))
+        spread, doubles, exponents = config.spread, words(z), np.empty((len(z), 12))
         exponents[:, :5] = self._scales * doubles[:, _SPREAD_COLUMNS]
-        exponents[:, 5:] = spread.size * doubles[:, 1:2] + spread.size_axis * doubles[:, 2:5]
+        exponents[:, 5:9] = self._side_scales * side_draws.spread.reshape(-1, 4)
+        # The residue of an item is a mean, the other values are medians.
+        exponents[:, 8] -= spread.residue**2 / 2.0
+        exponents[:, 9:] = spread.size * doubles[:, 1:2] + spread.size_axis * doubles[:, 2:5]
         factors = _rows(np.exp(exponents), Factors)
         kernel.draw_objects(StandardDraws(z, u, aside.reshape(-1), factors), self._mix, made)
         seal, mass = made["seal"], made["mass"]
-        delay = release_delay(seal, mass, config.suction) + self._table.clings[made["kind"]]
+        delay = release_delay(seal, mass, made["valve"], made["tau"], config.suction)
+        delay += self._table.clings[made["kind"]]
         # An object cannot be free before the valve's command, whatever the jitter.
         made["delay"] = np.maximum(config.mismatch * delay + made["jitter"], 0.0)
         spin = made["spin"].copy()
-        write_spins(Objects(made, side_draws.fill), made["grasp"], time_constant(seal, config.suction), spin, config)
+        tau = time_constant(seal, made["tau"], config.suction)
+        write_spins(Objects(made, side_draws.fill), made["grasp"], tau, spin, config)
         made["spin"] = spin
         return Objects(rows, side_draws.fill)
 
@@ -123,7 +133,14 @@ def objects_from_draws(
     return ObjectMaker(config, table).make(normals, uniforms, side_draws)
 
 
-def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
+def cup_numbers(config: ConveyorConfig) -> dict[str, float]:
+    """Numbers of the cell's cup and of its valve, by their fields of `Objects`."""
+    cup, suction = config.cup, config.suction
+    stiffness = np.inf if cup.stiffness is None else cup.stiffness
+    return {"valve": suction.valve, "tau": suction.tau, "stiffness": stiffness, "blow_off": cup.blow_off}
+
+
+def release_delay(seal: Floats, mass: Floats, valve: Floats, tau: Floats, suction: Suction) -> Floats:
     """Mean delay between the valve command and the moment the object is free [s].
 
     The vacuum decays exponentially and holds the object until its force drops below the weight. A porous seal (low F0)
@@ -132,19 +149,21 @@ def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
     Args:
         seal: vacuum force before the release F0 [N], any shape.
         mass: mass of the object [kg], same shape.
-        suction: valve delay, time constant and leak.
+        valve: delay of the valve [s].
+        tau: time constant of the vacuum under a tight seal [s].
+        suction: the leak.
 
     Returns:
         valve + tau_e ln(F0 / (m g)) [s], never below 0.
     """
-    return np.maximum(suction.valve + time_constant(seal, suction) * np.log(seal / (mass * GRAVITY)), 0.0)
+    return np.maximum(valve + time_constant(seal, tau, suction) * np.log(seal / (mass * GRAVITY)), 0.0)
 
 
-def time_constant(seal: Floats, suction: Suction) -> Floats:
-    """Time constant tau_e [s] of the vacuum of seals that hold F0 [N]."""
+def time_constant(seal: Floats, tau: Floats, suction: Suction) -> Floats:
+    """Time constant tau_e [s] of the vacuum of seals that hold F0 [N]; tau [s] is that under a tight seal."""
     # tau_e = tau / (1 + leak (F_ref / F0 - 1)) for F0 < F_ref, see `Suction`.
     leak = np.where(seal < suction.leak_reference, suction.leak_reference / seal - 1.0, 0.0)
-    return suction.tau / (1.0 + suction.leak * leak)
+    return tau / (1.0 + suction.leak * leak)
 
 
 def write_spins(objects: Objects, grasp: Floats, tau: Floats, spin: Floats, config: ConveyorConfig) -> None:
@@ -160,9 +179,9 @@ def write_spins(objects: Objects, grasp: Floats, tau: Floats, spin: Floats, conf
     cosine, sine = objects.turn
     leaving = LeavingObject.zeros(
         len(spin), shape=objects.shape, size=objects.size, mass=objects.mass, cosine=cosine, sine=sine, grasp=grasp,
-        radius=objects.cup_radius, tau=tau,
+        radius=objects.cup_radius, tau=tau, blow_off=objects.blow_off,
     )  # fmt: skip
-    kernel.write_spins(config.mismatch, config.cup.peel, config.cup.blow_off, leaving, GYRATION, spin)
+    kernel.write_spins(config.mismatch, config.cup.peel, leaving, GYRATION, spin)
 
 
 def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal: Floats | None = None) -> Floats:
@@ -174,13 +193,16 @@ def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal:
         config: the cell.
         seal: the new vacuum force (N,) [N]; None: as drawn.
     """
+    after, before = lip_spin(objects, grasp, config, seal), lip_spin(objects, objects.grasp, config)
+    return objects.spin + (after - before)
 
-    def of(place: Floats, force: Floats) -> Floats:
-        spin = random_spin(np.zeros_like(objects.spin), config.spread.spin_per_offset * place)
-        write_spins(objects, place, time_constant(force, config.suction), spin, config)
-        return spin
 
-    return objects.spin + (of(grasp, objects.seal if seal is None else seal) - of(objects.grasp, objects.seal))
+def lip_spin(objects: Objects, grasp: Floats, config: ConveyorConfig, seal: Floats | None = None) -> Floats:
+    """Spin (N, 3) [rad/s] that lips and blown air give objects at a grasp offset; arguments as in `spin_at_grasp`."""
+    spin = random_spin(np.zeros_like(objects.spin), config.spread.spin_per_offset * grasp)
+    tau = time_constant(objects.seal if seal is None else seal, objects.tau, config.suction)
+    write_spins(objects, grasp, tau, spin, config)
+    return spin
 
 
 def random_spin(random: Floats, offset: Floats) -> Floats:

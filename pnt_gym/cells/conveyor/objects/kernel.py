@@ -41,15 +41,16 @@ def draw_kind(draw: float, bounds: Floats, count: int) -> int:
 
 @kernel_part
 def _write_truth(made: Any, z: Any, u: Any, factors: Any, item: Any, cell: Any) -> None:
-    """Write true extents, mass, drag, seal and depth of an object, and how it lies."""
+    """Write true extents, mass, drag, seal, contact and depth of an object, and how it lies."""
     for axis in range(3):
         # A cylinder keeps one diameter.
         factor = factors.size[2 if item.shape == CYLINDER and axis == 1 else axis]
         made.size[axis] = item.size[axis] * factor
-    leftover = item.container and u.chance < cell.residue_chance
-    residue = cell.residue * u.residue if leftover else 0.0
+    residue = item.residue * factors.residue
     made.mass = item.mass * factors.mass * (1.0 + residue)
     made.drag, made.seal = item.drag * factors.drag, item.seal_force * factors.seal
+    made.restitution, made.friction = min(item.restitution * factors.restitution, 1.0), item.friction * factors.friction
+    made.blow_off = cell.blow_off * factors.blow_off
     depth = item.com_depth + cell.com_depth * z.depth + 0.12 * residue / (1.0 + residue)
     share = min(max(depth, MIN_DEPTH), MAX_DEPTH)
     made.com_depth = share * made.size[2] + cell.mismatch * cell.height * z.height
@@ -88,10 +89,10 @@ def draw_objects(draws: StandardDraws, mix: ItemMix, objects: Rows1[Objects]) ->
         made.measured.friction = items[seen].cup_friction
         # The values that are the same for all objects of an item.
         item = items[kind]
-        made.shape, made.friction, made.rolling_friction = item.shape, item.friction, item.rolling_friction
-        made.solref[0], made.solref[1] = item.solref[0], item.solref[1]
+        made.shape, made.rolling_friction = item.shape, item.rolling_friction
         made.cup_friction, made.pick_chance = item.cup_friction, item.pick_chance
         made.cup_radius = item.cup_radius if cell.fitted else CUP_RADIUS
+        made.valve, made.tau, made.stiffness = cell.valve, cell.tau, cell.stiffness
         _write_truth(made, z, u, factors, item, cell)
         # The measurements: the height is measured without noise, by the cup.
         measured = made.measured
@@ -146,13 +147,10 @@ def _spin(leaving: Any, x: float, y: float, gyration: Floats) -> tuple[float, fl
 
 
 @kernel
-def write_spins(
-    mismatch: float, peels: bool, blown: float, leaving: Rows1[LeavingObject], gyration: Floats1, spin: Floats2
-) -> None:
+def write_spins(mismatch: float, peels: bool, leaving: Rows1[LeavingObject], gyration: Floats1, spin: Floats2) -> None:
     """Write the spins of N objects at release (N, 3) [rad/s]: as drawn, or from the peeling lip, and from blown air.
 
-    `peels` says whether the lip gives a spin, `blown` is the speed that the air gives [m/s], 0 without air; `gyration`
-    is the inertia of each shape, see `fluid.GYRATION`.
+    `peels` says whether the lip gives a spin; `gyration` is the inertia of each shape, see `fluid.GYRATION`.
     """
     for row in range(len(spin)):
         object_ = leaving[row]
@@ -160,8 +158,8 @@ def write_spins(
         if peels:
             x, y = peel_impulse(mass * GRAVITY, place_x, place_y, object_.radius, object_.tau)
             spin[row, 0], spin[row, 1], spin[row, 2] = _spin(object_, mismatch * x, mismatch * y, gyration)
-        if blown > 0.0:
-            x, y = blow_impulse(mass, place_x, place_y, mismatch * blown)
+        if object_.blow_off > 0.0:
+            x, y = blow_impulse(mass, place_x, place_y, mismatch * object_.blow_off)
             added = _spin(object_, x, y, gyration)
             for axis in range(3):
                 spin[row, axis] += added[axis]

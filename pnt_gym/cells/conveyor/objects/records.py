@@ -20,7 +20,7 @@ from pnt_gym.cells.base.fluid import (
     lying_extents,
     solid_shell_inertia,
 )
-from pnt_gym.cells.base.items import ELLIPSOID
+from pnt_gym.cells.base.items import ELLIPSOID, contact_solref
 from pnt_gym.cells.base.rotations import yaw_attitude
 from pnt_gym.rows import Columns, Pair, Quadruple, Triple, field
 
@@ -69,13 +69,17 @@ class Objects(Columns):
     com_depth: Floats = field("m", "centre of mass below the cup")
     known_depth: Floats = field("m", "part of `com_depth` that the planner knows: all of it at mismatch 0, none at 1")
     seal: Floats = field("N", "force of the vacuum before the release, F0")
+    valve: Floats = field("s", "delay of the valve")
+    tau: Floats = field("s", "time constant of the vacuum under a tight seal")
     delay: Floats = field("s", "delay of the release after the command")
     jitter: Floats = field("s", "part of `delay` that differs from throw to throw")
     friction: Floats = field("-", "friction of contacts")
     cup_friction: Floats = field("-", "friction under the lip of the cup")
     cup_radius: Floats = field("m", "radius of the cup that holds the object")
+    stiffness: Floats = field("N m/rad", "stiffness of the cup's lip against bending; infinite for a rigid cup")
+    blow_off: Floats = field("m/s", "speed downwards that blown air gives the object at the release, at mismatch 1")
     rolling_friction: Floats = field("m", "rolling friction of contacts")
-    solref: Pair = field("s, -", "MuJoCo's `solref` of the object's contacts: time constant and damping ratio")
+    restitution: Floats = field("-", "rebound speed over impact speed of contacts")
     yaw: Floats = field("rad", "yaw")
     grasp: Pair = field("m", "centre of mass from the cup's axis, along x and y, at zero error of the belt's speed")
     belt_error: Floats = field("-", "relative error of the belt's speed; adds to `grasp` with the way from the camera")
@@ -116,6 +120,11 @@ class Objects(Columns):
     def placement(self) -> GeomPlacement:
         """Geoms of the modelled bodies of N objects."""
         return geom_placement(self.shape, self.extents)
+
+    @cached_property
+    def solref(self) -> Floats:
+        """MuJoCo's `solref` of the contacts of N objects (N, 2) [s, -], see `contact_solref`."""
+        return contact_solref(self.restitution)
 
     @cached_property
     def fluid(self) -> Floats:

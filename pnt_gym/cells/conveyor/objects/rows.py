@@ -39,10 +39,9 @@ class Uniforms(Row):
     lane: float = field("-", "place across the belt")
     gap: float = field("-", "distance to the object before this one")
     yaw: float = field("-", "yaw")
-    chance: float = field("-", "whether a container is not empty")
-    residue: float = field("-", "content of a container")
+    unused: Pair = field("-", "drawn, and not used")
     percent: float = field("-", "speed setting")
-    unused: float = field("-", "drawn, and not used")
+    further: float = field("-", "drawn, and not used")
     place: Quadruple = field("-", "places of a pick without a belt")
     bin: Annotated[Floats, (TARGET_DRAWS, 3)] = field("-", "the object's bin")
 
@@ -56,6 +55,10 @@ class Factors(Row):
     drag: float = field("-", "factor of the drag")
     seen_mass: float = field("-", "measured mass over mass")
     seen_seal: float = field("-", "measured force of the vacuum over the force")
+    restitution: float = field("-", "factor of the restitution")
+    friction: float = field("-", "factor of the friction of contacts")
+    blow_off: float = field("-", "factor of the speed that blown air gives")
+    residue: float = field("-", "residue over the item's mean")
     size: Triple = field("-", "factors of the extents")
 
 
@@ -77,10 +80,10 @@ class ItemRow(Row):
     drag: float = field("-", "coefficient of the drag")
     com_depth: float = field("-", "centre of mass below the top, as a share of the height")
     seal_force: float = field("N", "force of the vacuum")
-    container: bool = field("-", "whether the item may have a content")
+    residue: float = field("-", "mean content over the mass of the empty item")
     friction: float = field("-", "friction of contacts")
     rolling_friction: float = field("m", "rolling friction of contacts")
-    solref: Pair = field("s, -", "MuJoCo's `solref`: time constant and damping ratio")
+    restitution: float = field("-", "rebound speed over impact speed")
     cup_friction: float = field("-", "friction under the lip of the cup")
     cup_radius: float = field("m", "radius of the item's cup")
     pick_chance: float = field("-", "probability that a cup seals")
@@ -91,8 +94,6 @@ class CellNumbers(Row):
     """Numbers of a cell: spreads and noises of its sections `spread` and `noise`, cup and belt."""
 
     mismatch: float = field("-", "factor of all hidden effects")
-    residue_chance: float = field("-", "share of containers that are not empty")
-    residue: float = field("-", "largest content over the mass of the empty container")
     com_depth: float = field("-", "spread of the centre of mass, as a share of the height")
     height: float = field("m", "spread of the centre of mass that the planner does not know")
     grasp: float = field("m", "spread of the grasp offset")
@@ -105,6 +106,10 @@ class CellNumbers(Row):
     grasp_noise: float = field("m", "the camera's noise of the grasp offset")
     jitter: float = field("s", "jitter of the release")
     fitted: bool = field("-", "whether each item has a cup of its own")
+    valve: float = field("s", "delay of the valve")
+    tau: float = field("s", "time constant of the vacuum under a tight seal")
+    stiffness: float = field("N m/rad", "stiffness of the lip")
+    blow_off: float = field("m/s", "speed that blown air gives")
     lane_y: Pair = field("m", "range of places across the belt")
     spacing: Pair = field("m", "range of distances between objects")
 
@@ -121,6 +126,7 @@ class LeavingObject(Row):
     grasp: Pair = field("m", "centre of mass from the cup's axis, along x and y")
     radius: float = field("m", "radius of the lip")
     tau: float = field("s", "time constant of the vacuum")
+    blow_off: float = field("m/s", "speed that blown air gives")
 
 
 class StandardDraws(NamedTuple):

@@ -25,14 +25,21 @@ LEVELS = [
     vary("waste", mismatch=0.4, cup={**NO_LIP, "fitted": False}, mix={"can": 1.0, "cork": 2.5, "tray": 0.5}),
     vary("waste", cup=NO_LIP, classifier={"confusion": CONFUSION}),
     vary("nominal", mismatch=2.0, cup=NO_LIP),
+    vary(
+        "waste",
+        cup={**NO_LIP, "stiffness": None},
+        suction={"valve": 0.006, "tau": 0.014},
+        spread={"restitution": 0.8, "friction": 0.5, "blow_off": 0.3},
+    ),
 ]
 
 
 def draws(config, seed):
     random = np.random.default_rng(seed)
     bins = max(len(config.bins.fixed), 1)
-    side = SideDraws(random.random((COUNT, 2)), random.random((COUNT, 2)), random.random((COUNT, 2, bins)))
-    return random.standard_normal((COUNT, 2, NORMALS)), random.random((COUNT, 2, UNIFORMS)), side
+    uniform = random.random((COUNT, 2)), random.random((COUNT, 2)), random.random((COUNT, 2, bins))
+    normals, uniforms = random.standard_normal((COUNT, 2, NORMALS)), random.random((COUNT, 2, UNIFORMS))
+    return normals, uniforms, SideDraws(*uniform, random.standard_normal((COUNT, 2, 4)))
 
 
 def kinds(config, u, side):
@@ -54,15 +61,17 @@ def values(config, table, z, u, side):
     axes = spread.size_axis * z[..., 2:5]
     axes[..., 1] = np.where(table.shape[kind] == CYLINDER, axes[..., 2], axes[..., 1])
     size = table.size[kind] * np.exp(spread.size * z[..., 1:2] + axes)
-    leftover = table.container[kind] & (u[..., 4] < spread.residue_chance)
-    residue = np.where(leftover, spread.residue * u[..., 5], 0.0)
+    side_scales = np.array([m * spread.restitution, m * spread.friction, spread.blow_off, spread.residue])
+    factors = np.exp(side_scales * side.spread - [0.0, 0.0, 0.0, spread.residue**2 / 2.0])
+    residue = table.residue[kind] * factors[..., 3]
     mass = table.mass[kind] * np.exp(spread.mass * z[..., 0]) * (1.0 + residue)
     seal = table.seal_force[kind] * np.exp(spread.seal * z[..., 6])
     share = table.com_depth[kind] + spread.com_depth * z[..., 7] + 0.12 * residue / (1.0 + residue)
     depth = np.clip(share, 0.05, 0.95) * size[..., 2] + m * spread.height * z[..., 10]
     grasp, jitter = m * spread.grasp * z[..., 8:10], m * config.suction.jitter * z[..., 12]
     yaw = spread.yaw * (2.0 * u[..., 3] - 1.0)
-    delay = release_delay(seal, mass, config.suction) + table.clings[kind]
+    valve, tau = np.full(kind.shape, config.suction.valve), np.full(kind.shape, config.suction.tau)
+    delay = release_delay(seal, mass, valve, tau, config.suction) + table.clings[kind]
     measured_size = np.maximum(size + noise.size * z[..., 16:19], 0.005)
     measured_size[..., 2] = size[..., 2]
     percent = np.array(config.limits.percent)
@@ -76,13 +85,17 @@ def values(config, table, z, u, side):
         "com_depth": depth,
         "known_depth": max(1.0 - m, 0.0) * depth,
         "seal": seal,
+        "valve": valve,
+        "tau": tau,
         "delay": np.maximum(m * delay + jitter, 0.0),
         "jitter": jitter,
-        "friction": table.friction[kind],
+        "friction": table.friction[kind] * factors[..., 1],
         "cup_friction": table.cup_friction[kind],
         "cup_radius": np.where(config.cup.fitted, table.cup_radius[kind], CUP_RADIUS),
         "rolling_friction": table.rolling_friction[kind],
-        "solref": table.solref[kind],
+        "stiffness": np.full(kind.shape, np.inf if config.cup.stiffness is None else config.cup.stiffness),
+        "blow_off": config.cup.blow_off * factors[..., 2],
+        "restitution": np.minimum(table.restitution[kind] * factors[..., 0], 1.0),
         "yaw": yaw,
         "grasp": grasp,
         "belt_error": m * spread.belt_speed * z[..., 11],
@@ -106,7 +119,7 @@ def values(config, table, z, u, side):
     }
 
 
-@pytest.mark.parametrize("config", LEVELS, ids=["waste", "mix", "confusion", "nominal"])
+@pytest.mark.parametrize("config", LEVELS, ids=["waste", "mix", "confusion", "nominal", "contact"])
 def test_objects_are_those_of_the_formulas(config):
     table = item_arrays(config.item_list())
     z, u, side = draws(config, 1)

@@ -70,8 +70,8 @@ def test_an_off_centre_grip_turns_the_object_about_the_level_axis_beside_it():
     ids=["tight", "leaking", "none"],
 )
 def test_the_delay_of_a_seal(seal, mass, leak, delay):
-    suction = Suction(valve=0.004, tau=0.009, leak=leak, leak_reference=20.0)
-    assert release_delay(np.array([seal]), np.array([mass]), suction)[0] == pytest.approx(delay, abs=1e-15)
+    columns, suction = np.array([[seal, mass, 0.004, 0.009]]).T, Suction(leak=leak, leak_reference=20.0)
+    assert release_delay(*columns, suction)[0] == pytest.approx(delay, abs=1e-15)
 
 
 def test_delays_of_waste_have_the_calibrated_size(many):

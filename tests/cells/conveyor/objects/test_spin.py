@@ -54,7 +54,7 @@ def test_impulses_turn_objects_by_their_own_inertia():
     grasp, spin = np.random.default_rng(0).normal(0.0, 0.01, (COUNT, 2)), np.zeros((COUNT, 3))
     (cosine, sine), own = o.turn, solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
     bodies = {"shape": o.shape, "size": o.size, "mass": o.mass, "cosine": cosine, "sine": sine, "grasp": grasp}
-    write_spins(1.0, False, speed, LeavingObject.zeros(COUNT, **bodies), GYRATION, spin)
+    write_spins(1.0, False, LeavingObject.zeros(COUNT, blow_off=speed, **bodies), GYRATION, spin)
     for row in range(COUNT):
         cos, sin = np.cos(o.yaw[row]), np.sin(o.yaw[row])
         turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
@@ -67,7 +67,7 @@ def test_a_level_asks_for_peel_and_the_dial_turns_it():
     half, full = core_of(mismatch=0.5, peel=True), core_of(peel=True)
     o = full.context.objects
     size = np.hypot(*o.grasp.T)
-    impulse = o.mass * GRAVITY * time_constant(o.seal, full.config.suction) * (size + 4 * 0.018 / (3 * np.pi))
+    impulse = o.mass * GRAVITY * time_constant(o.seal, o.tau, full.config.suction) * (size + 4 * 0.018 / (3 * np.pi))
     own = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)[:, :2]
     rate = np.linalg.norm(o.spin, axis=1)
     assert (rate <= impulse / own.min(axis=1) + 1e-12).all()

@@ -1,30 +1,23 @@
 """The log of throws: one row a throw, what the cell knew before it and what came of it, as a CSV file.
 
-A recorder watches a controller and writes the log, with the noise of the camera over the bins. World frame of the cell,
-SI units and radians. `COLUMNS` is the form; a column of NaN was not measured.
+World frame of the cell, SI units and radians. `COLUMNS` is the form; a column of NaN was not measured.
 """
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, NamedTuple, Self, final
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, take
-from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.arrays import Bools, Floats, Ints, join_columns
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.shift import CAMERA_ERRORS
 from pnt_gym.planning.straight.plan import ReleaseBatch
-
-from ..controllers.protocol import Actions, Controller, Observation, Outcome
-from ..ground.cli import UsageError
-from .throws import Throws
 
 
 class Column(NamedTuple):
@@ -142,6 +135,12 @@ class ThrowLog:
             landing=np.full((count, 2), np.nan),
         )  # fmt: skip
 
+    def landings(self, errors: Floats) -> Floats:
+        """Landings (N, 2) [m] with errors (N, 2) [m] along each throw, from pick to target, and to its left."""
+        (along, across), way = errors.T, self.target - self.pick[:, :2]
+        ex, ey = (way / np.hypot(*way.T)[:, None]).T
+        return self.target + join_columns(along * ex - across * ey, along * ey + across * ex)
+
     def text(self, items: Sequence[str]) -> str:
         """The log as CSV; numbers with ten digits, and nothing where a value is not known."""
         numbers = {column: values for field, names in GROUPS.items() for column, values in self._columns(field, names)}
@@ -159,67 +158,6 @@ class ThrowLog:
 
 def _number(value: float) -> str:
     return f"{value:.10g}" if np.isfinite(value) else ""
-
-
-@final
-class Recorder(Controller):
-    """A controller that keeps, before each throw of another controller, what the cell knows of the throw.
-
-    Args:
-        core: the cells behind the environment.
-
-    Raises:
-        UsageError: the environment is none of the conveyor's.
-    """
-
-    name = "recorder"
-
-    def __init__(self, core: Any) -> None:
-        if not (isinstance(core, Core) and isinstance(core.cell, ConveyorCell)):
-            raise UsageError("--log goes with PnTConveyor-v0, PnTRelease-v0 and PnTAdapt-v0, whose throws have a log")
-        self._inner: Controller | None = None
-        self._core: Any = core
-        self._parts: list[ThrowLog] = []
-        self._throws: list[Throws] = []
-
-    def watch(self, controller: Controller) -> Self:
-        """This recorder, around a controller that has practised."""
-        self.name, self._inner = controller.name, controller
-        self._parts.clear()
-        self._throws.clear()
-        return self
-
-    def act(self, observation: Observation) -> Actions:
-        """Actions of the inner controller (N, A)."""
-        assert self._inner is not None
-        actions = self._inner.act(observation)
-        plans, _ = self._core.plan(actions)
-        self._parts.append(ThrowLog.of(self._core.context, plans))
-        return actions
-
-    def learn(self, outcome: Outcome) -> None:
-        """Let the inner controller learn."""
-        assert self._inner is not None
-        self._inner.learn(outcome)
-
-    def log(self, throws: Throws, seed: int) -> ThrowLog:
-        """The log of the throws that were carried out since `watch`; `seed` is that of the camera's noise."""
-        log = take(concatenate_records(self._parts), slice(len(throws)))
-        return complete(log, throws.info, self._core.config, np.random.default_rng((seed, 7)))
-
-    def text(self, record: Any, seed: int) -> str:
-        """The log of a record of throws as CSV."""
-        return self.log(record.throws, seed).text(self._core.item_names)
-
-    def keep(self, steps: Iterator[Throws]) -> Iterator[Throws]:
-        """Throws one after the other, which are kept for `all_text`."""
-        for throws in steps:
-            self._throws.append(throws)
-            yield throws
-
-    def all_text(self, seed: int) -> str:
-        """The log of the throws that passed through `keep` as CSV."""
-        return self.log(concatenate_records(self._throws), seed).text(self._core.item_names)
 
 
 def complete(log: ThrowLog, info: Mapping[str, Any], config: ConveyorConfig, random: np.random.Generator) -> ThrowLog:
@@ -240,10 +178,7 @@ def complete(log: ThrowLog, info: Mapping[str, Any], config: ConveyorConfig, ran
     if set(CAMERA_ERRORS) <= set(info):
         errors = np.stack([info[name] for name in CAMERA_ERRORS], axis=1)
         visible = np.isfinite(errors).all(axis=1)
-    # Errors are along a throw, from pick to target, and to its left; landings are in the world.
-    (along, across), way = errors.T, log.target - log.pick[:, :2]
-    ex, ey = (way / np.hypot(*way.T)[:, None]).T
-    landing = log.target + join_columns(along * ex - across * ey, along * ey + across * ex)
+    landing = log.landings(errors)
     landing[~(visible & sealed & ~lost)] = np.nan
     return replace(
         log,
