@@ -73,9 +73,10 @@ the other widths are those of a data sheet's tolerance or of a tape measure's er
 
 def read_level(level: str | Path) -> tuple[ConveyorConfig, bool]:
     """The cell of a conveyor's level, or of a line's, with flights alone; and whether the level is a line's."""
-    text = str(level)
-    is_file_or_line = bool(Path(text).suffix) or text not in ConveyorConfig.level_names()
-    is_line = is_file_or_line and find(text)[1] is LineConfig
+    text = str(level) if isinstance(level, str | Path) else ""
+    is_line = text in LineConfig.level_names() and text not in ConveyorConfig.level_names()
+    if Path(text).suffix:
+        is_line = find(text)[1] is LineConfig
     config = LineConfig.load(level).cell if is_line else ConveyorConfig.load(level)
     return config.model_copy(update={"fidelity": "flight"}), is_line
 

@@ -27,6 +27,12 @@ BIN_CAMERA: Final = (
 )
 
 
+FREE_MOTION: Final = (
+    "Releases are taken as logged: nothing is said of the swing and the lip's stiffness, of grips that were lost, or "
+    "of cups that touch their objects again."
+)
+
+
 def tables(fitted: Fitted, samples: Floats) -> list[Grid]:
     """Tables of the parameters, of what is known together, and of the seals."""
     priors = {p.name: p.scale * p.value(np.array([-1.96, 0.0, 1.96])) for p in fitted.posterior.parameters}
@@ -57,6 +63,7 @@ def sentences(fitted: Fitted, samples: Floats) -> list[str]:
     vague = [part.label for part in fitted.estimates(samples).values() if part.share > VAGUE]
     names = {parameter.name for parameter in fitted.posterior.parameters}
     return [
+        *([FREE_MOTION] if fitted.log.has_free_motion else []),
         *(f"This log does not tell {label}: the interval is hardly narrower than the prior." for label in vague),
         *_blown(fitted, samples),
         *_pairs(fitted, samples),

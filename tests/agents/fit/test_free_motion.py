@@ -72,7 +72,9 @@ def test_the_command_reads_any_motion_and_refuses_what_lacks_its_columns(tmp_pat
     text = slow_log().text(WASTE.items)
     (tmp_path / "log.csv").write_text(text)
     line = "fit log.csv --level waste --free tau --free-motion --out f.yaml"
-    assert "decay of the vacuum" in output_of(line, tmp_path)
+    said = output_of(line, tmp_path)
+    assert "decay of the vacuum" in said
+    assert "Releases are taken as logged: nothing is said of" in said
     written = (tmp_path / "f.yaml").read_text()
     assert "--free-motion" in written
     assert yaml.safe_load(written)["suction"]["tau"] == pytest.approx(0.014, abs=0.002)

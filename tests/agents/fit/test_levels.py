@@ -1,5 +1,6 @@
 """Levels from which a fit begins, and those that it writes."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from agents.fit.parameters import level_at, priors, read_level, with_seals
 from agents.fit.posterior import SealChance
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.errors import ConfigError
 from tests.tools.commands import output_of
 from tests.tools.fitting import WASTE, level, throw, usual_log
 
@@ -32,6 +34,9 @@ def test_a_line_gives_its_cell(tmp_path: Path) -> None:
         assert config.suction.leak == (0.02 if text == LINE else like.suction.leak)
         assert (config.items, config.bins) == (like.items, like.bins)
     assert read_level("line3")[1]
+    assert not read_level("nominal")[1]
+    with pytest.raises(ConfigError, match="unknown level 'wast'; did you mean 'waste'"):
+        read_level("wast")
     assert read_level("waste") == (with_flights(ConveyorConfig.load("waste")), False)
 
 
@@ -49,8 +54,7 @@ def test_a_fit_of_a_line_writes_a_whole_level_of_its_cell(tmp_path: Path) -> Non
 def test_fitted_seals_are_values_of_the_level(tmp_path: Path) -> None:
     """Cups of the level that a fit writes seal as often as was fitted."""
     fitted = fit_log(usual_log(), WASTE, priors(WASTE, ["valve", "tau"]))
-    low = [SealChance(item, 10, 3, 0.3, 0.1, 0.5) for item in WASTE.items]
-    object.__setattr__(fitted, "seals", low)
+    fitted = replace(fitted, seals=[SealChance(item, 10, 3, 0.3, 0.1, 0.5) for item in WASTE.items])
     path = tmp_path / "f.yaml"
     path.write_text(writing.text(fitted, fitted.posterior.samples(), "waste", path, "it"))
     loaded = with_flights(ConveyorConfig.load(path))
