@@ -16,8 +16,8 @@ from .ground.tables import console
 CONTROLLERS = (
     "A controller's name (analytic, virtual_goal, ridge, mlp, oracle, on a line price, with pictures flattest, ...; "
     "`pnt-gym controllers` lists all), a policy that ships (shipped:waste-sac for the cell of `waste`, shipped:cells "
-    "for a cell that nobody measured, shipped:line/skills3, ...), the folder of a training run, a class of your own, on a line a scorer's FILE.npz, or with --trust a stable-baselines3 model "
-    "or the folder of an RL-Zoo training."
+    "for a cell that nobody measured, shipped:line/skills3, ...), the folder of a training run, a class of your own, "
+    "on a line a scorer's FILE.npz, or with --trust a stable-baselines3 model or the folder of an RL-Zoo training."
 )
 
 

@@ -93,7 +93,7 @@ def _keep_rows(file: Path, plan: Plan, labels: Collection[str]) -> Part:
         raise UsageError(f"{str(file)!r} is of an earlier version, which kept rows otherwise; drop --only")
     if changed := other_versions(content.data["versions"]):
         name, version = next(iter(changed.items()))
-        made_by = content.data["versions"].get(name)
+        made_by = {"world": "1", **content.data["versions"]}.get(name)
         raise UsageError(f"{str(file)!r} is of {name} {made_by}, here is {version}; drop --only")
     _check_plan(file, plan, content.plan, labels)
     # The file's environment is that of the plan by now, whose modules the user trusts.

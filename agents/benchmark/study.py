@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final, cast, final
 
 import pnt_gym
+from pnt_gym.constants import WORLD
 
 from ..ground.cli import UsageError, about, check_known
 from ..ground.cluster import Needs
@@ -55,7 +56,8 @@ class Study:
         with about("--only"):
             cases = plan.cases(*parts)
         self._plan, self._out = plan, out
-        self._head = {"study": plan.study, "version": pnt_gym.__version__, "seed": plan.seed, "throws": plan.throws}
+        self._head = {"study": plan.study, "version": pnt_gym.__version__, "world": WORLD}
+        self._head |= {"seed": plan.seed, "throws": plan.throws}
         for measure in {case.measure for case in cases}:
             measurement(measure)
         code = code_digest(CODE)
@@ -87,7 +89,7 @@ class Study:
         study.check(out, data)
         is_same = {**self._head, "rows": data["rows"]} == data
         if parts and not is_same:
-            raise UsageError(f"{str(out)!r} is of another study, version, seed or number of throws; drop --only")
+            raise UsageError(f"{str(out)!r} is of another study, version, world, seed or number of throws; drop --only")
         cases = self._plan.cases()
         measured = self._plan.cases(*parts) if parts else []
         lacked = [case for case in cases if case not in measured and not case.rows_of(data["rows"])]

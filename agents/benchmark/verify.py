@@ -90,7 +90,7 @@ def main(arguments: Arguments) -> None:
     if arguments.throws is not None:
         parts += [f"throws of these rows after the first {arguments.throws}", "totals of rows"]
     console().print(f"not compared: {', '.join(parts)}")
-    recorded = content.data["versions"]
+    recorded = {"world": "1", **content.data["versions"]}
     for name, version in other_versions(recorded).items():
         console().print(f"the file was made with {name} {recorded.get(name, 'of no version')}; here is {version}")
     if arguments.json is not None:

@@ -28,6 +28,13 @@ from .protocol import Controller
 from .regression import Mlp, OnPolicyRegression, Ridge
 from .trackers import Kalman, NoTracker, OracleTracker, RecursiveRidge, RunningMean, Tracker
 
+
+def _fitted_planner(env: Env, correction: Correction) -> Controller:
+    from .fitted_planner import FittedPlanner  # noqa: PLC0415 - SciPy takes half a second to import
+
+    return FittedPlanner(_shared_core("fitted_planner", env), correction)
+
+
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
     "analytic": lambda env: Analytic(_count(env.single_action_space), core_of(env).action_mode),
     "random": lambda env: Random(_count(env.single_action_space)),
@@ -36,7 +43,8 @@ _SHIFTS: Mapping[str, Callable[..., Controller]] = {
     "virtual_goal": lambda env, correction, **options: virtual_goal(correction, **options),
     "ridge": lambda env, correction: OnPolicyRegression("ridge", correction, _features(env), Ridge()),
     "mlp": lambda env, correction, **options: OnPolicyRegression("mlp", correction, _features(env), Mlp(**options)),
-    "oracle": lambda env, correction, **options: Oracle(_shared_core(env), correction, **options),
+    "fitted_planner": _fitted_planner,
+    "oracle": lambda env, correction, **options: Oracle(_shared_core("oracle", env), correction, **options),
 }
 POSTERIOR: Final = "posterior"
 """The controller that adapts by the physics of a cell, without practice."""
@@ -152,12 +160,12 @@ def _correction(name: str, env: Env) -> Correction:
     )
 
 
-def _shared_core(env: Env) -> Core:
+def _shared_core(name: str, env: Env) -> Core:
     """Core of all rows, unless each row has its own."""
     core = core_of(env)
     if hasattr(env.unwrapped, "envs") and env.num_envs > 1:
         raise UsageError(
-            "controller 'oracle' simulates all cells at once, and these are stepped one by one: use 1 cell"
+            f"controller {name!r} simulates all cells at once, and these are stepped one by one: use 1 cell"
         )
     return core
 

@@ -72,7 +72,8 @@ class Posterior(Controller):
     def __init__(self, config: ConveyorConfig, correction: Correction, prior: str = "cells") -> None:
         if config.planner not in PLANNERS:
             raise UsageError(
-                f"planner is {config.planner!r}; controller {self.name!r} knows the throws of {' and '.join(PLANNERS)} alone"
+                f"planner is {config.planner!r}; controller {self.name!r} knows the throws of "
+                f"{' and '.join(PLANNERS)} alone"
             )
         if config.grip.safety is not None:
             raise UsageError(

@@ -37,7 +37,7 @@ class Tracker(Protocol):
         """Learn from throws (N, D) with landing errors z (N, 2) in the selected rows (N,)."""
 
     def study(self, throws: Floats, z: Floats, shift: Ints, seed: int) -> None:
-        """Learn from the whole practice: throws (M, D), their landing errors z (M, 2), and their shifts' numbers (M,)."""
+        """Learn from the whole practice: throws (M, D), landing errors z (M, 2), and numbers of shifts (M,)."""
 
     def state(self) -> State:
         """Learned values of `study`, as named arrays."""

@@ -198,7 +198,9 @@ class Density:
         """
         sealed = self.model.seals(self.level(z)).reshape(scatter.holds.shape)
         holds, seal = (sealed * scatter.holds).mean(axis=1), sealed.mean(axis=1)
-        chance = np.where(self._unsealed, 1.0 - seal, np.where(self._lost, seal - holds, holds))
+        # Of a free motion nothing says how likely an object is lost.
+        lost = seal if self.model.log.has_free_motion else seal - holds
+        chance = np.where(self._unsealed, 1.0 - seal, np.where(self._lost, lost, holds))
         chance[~(self._unsealed | self._lost | self.has_landing | self._unseen)] = 1.0
         rows, feedback = self._unseen, self.model.config.feedback
         distance = np.hypot(*(predicted - self.model.log.target)[rows].T)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
-from typing import Final, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
@@ -14,9 +14,9 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from ..ground.environments import core_of, make_vector
 from ..ground.infos import results
 from . import log
-from .log import ThrowLog
 from .density import Density, finite_numbers
 from .fitted import Fitted
+from .log import ThrowLog
 from .model import ThrowModel
 from .parameters import Parameter
 
@@ -65,8 +65,48 @@ class DesignPool:
         self._env.close()
 
 
-def information(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parameter], z: Floats) -> Floats:
-    """Whitened slopes of the landings of candidates by the scores (N, 2, P), times the root of their chance to land."""
+class Worth(NamedTuple):
+    """What candidates tell of the parameters.
+
+    Attributes:
+        slopes: whitened slopes of the landings by the scores (N, 2, P), times the root of their chance to land.
+        chance: chance that a throw seals, holds, and lands without a second touch of the cup (N,).
+        deviation: scatter of the landings (N,) [m].
+    """
+
+    slopes: Floats
+    chance: Floats
+    deviation: Floats
+
+
+class Choice(NamedTuple):
+    """Chosen candidates.
+
+    Attributes:
+        rows: indices in their order of choice (M,).
+        gains: ln of the factor by which each multiplied the determinant of the information (M,).
+        left: the same for each candidate as a further throw (N,).
+    """
+
+    rows: Ints
+    gains: Floats
+    left: Floats
+
+
+class Plan(NamedTuple):
+    """The next throws.
+
+    Attributes:
+        throws: the throws, without results.
+        absent: a sentence on each item of which there is no throw.
+    """
+
+    throws: ThrowLog
+    absent: list[str]
+
+
+def information(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parameter], z: Floats) -> Worth:
+    """What candidates tell at standard scores (P,)."""
     model = ThrowModel(log, config)
     density = Density(model, parameters)
     scatter = density.scatter(z)
@@ -76,47 +116,39 @@ def information(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Para
     ]
     white = np.einsum("nij,njp->nip", scatter.root, np.stack(slopes, axis=2))
     holds = (model.seals(density.level(z)).reshape(scatter.holds.shape) * scatter.holds).mean(axis=1)
-    return white * np.sqrt(holds * (1.0 - scatter.astray))[:, None, None]
+    chance = holds * (1.0 - scatter.astray)
+    deviation = np.sqrt(np.trace(scatter.covariance, axis1=1, axis2=2) / 2.0)
+    return Worth(white * np.sqrt(chance)[:, None, None], chance, deviation)
 
 
-def choose(
-    log: ThrowLog,
-    config: ConveyorConfig,
-    parameters: Sequence[Parameter],
-    count: int,
-    z: Floats | None = None,
-    before: Floats | None = None,
-) -> Ints:
-    """Indices of the candidates that tell most, in their order of choice.
+def choose(slopes: Floats, count: int, before: Floats | None = None) -> Choice:
+    """The candidates that tell most, greedily.
 
     Args:
-        log: the candidates.
-        config: the level.
-        parameters: the free parameters.
+        slopes: of the candidates, as of `Worth` (N, 2, P).
         count: number of throws to choose.
-        z: standard scores at which slopes are taken; None for the prior's mean.
         before: information that there is already (P, P); None for that of the prior.
     """
-    scores = np.zeros(len(parameters)) if z is None else z
-    slopes = information(log, config, parameters, scores)
-    whole, chosen = np.eye(len(parameters)) if before is None else before.copy(), list[int]()
-    for _ in range(min(count, len(log))):
+    whole, chosen, gains = np.eye(slopes.shape[2]) if before is None else before.copy(), list[int](), list[float]()
+    while True:
         spread = np.linalg.inv(whole)
         # det(A + G'G) = det(A) det(I + G A^-1 G') for the two rows G of a throw.
         inner = np.eye(2) + np.einsum("nip,pq,njq->nij", slopes, spread, slopes)
-        gain = np.linalg.det(inner)
-        gain[chosen] = 0.0
-        best = int(np.argmax(np.nan_to_num(gain)))
+        gain = np.log(np.maximum(np.nan_to_num(np.linalg.det(inner), nan=1.0), 1.0))
+        gain[chosen] = -1.0
+        if len(chosen) == min(count, len(slopes)):
+            return Choice(np.array(chosen, dtype=np.int64), np.array(gains), gain)
+        best = int(np.argmax(gain))
         chosen.append(best)
+        gains.append(float(gain[best]))
         whole += slopes[best].T @ slopes[best]
-    return np.array(chosen, dtype=np.int64)
 
 
 @finite_numbers()
 def plan_throws(
     config: ConveyorConfig, parameters: Sequence[Parameter], count: int, seed: int, fitted: Fitted | None = None
-) -> ThrowLog:
-    """The next throws that tell most, without results.
+) -> Plan:
+    """The next throws that tell most, without results, and why some items have none.
 
     Args:
         config: the level.
@@ -125,9 +157,35 @@ def plan_throws(
         seed: of the picks and releases among which to choose.
         fitted: fit of the throws that were logged before; None for none.
     """
-    with closing(DesignPool(config, seed)) as pool:
-        if fitted is None:
-            return take(pool.log, choose(pool.log, config, parameters, count))
+    z, before = np.zeros(len(parameters)), None
+    if fitted is not None:
         best = fitted.posterior.best
-        before = np.asarray(np.linalg.inv(best.covariance), dtype=np.float64)
-        return take(pool.log, choose(pool.log, config, parameters, count, best.z, before))
+        z, before = best.z, np.asarray(np.linalg.inv(best.covariance), dtype=np.float64)
+    with closing(DesignPool(config, seed)) as pool:
+        worth = information(pool.log, config, parameters, z)
+        choice = choose(worth.slopes, count, before)
+        return Plan(take(pool.log, choice.rows), list(_absent(pool.log, config, worth, choice)))
+
+
+def _absent(log: ThrowLog, config: ConveyorConfig, worth: Worth, choice: Choice) -> Iterator[str]:
+    """A sentence on each item of which no candidate was chosen."""
+    thrown, usual = set(log.kind[choice.rows].tolist()), float(np.median(worth.deviation[choice.rows]))
+    for kind, (name, share) in enumerate(zip(config.items, config.shares(), strict=True)):
+        rows = np.flatnonzero(log.kind == kind)
+        if kind in thrown:
+            continue
+        start = f"No throw of {name}: "
+        if share == 0.0:
+            yield f"{start}the level's mix has none."
+        elif not rows.size:
+            yield (
+                f"{start}none of {len(log)} simulated picks is one, of {share * len(log):.0f} by its share; the "
+                "planner finds no throw of it that its cup holds into a bin within reach, or it is rare."
+            )
+        else:
+            best = int(rows[np.argmax(choice.left[rows])])
+            yield (
+                f"{start}the best of its {len(rows)} candidates would add {choice.left[best] / choice.gains[-1]:.0%} "
+                f"of what the last chosen throw adds; it lands with a chance of {worth.chance[best]:.0%} and scatters "
+                f"{1e3 * worth.deviation[best]:.0f} mm, the chosen ones {1e3 * usual:.0f} mm."
+            )

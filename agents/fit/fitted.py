@@ -15,11 +15,11 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.drawing import release_delay
 
 from ..ground.fitting import on_one_thread
-from .log import ThrowLog
 from . import density, misfit
 from .density import finite_numbers
+from .log import ThrowLog
 from .misfit import LEVEL, TESTS, Finding
-from .parameters import Parameter
+from .parameters import Parameter, level_at, with_seals
 from .posterior import Posterior, SealChance, posterior
 
 
@@ -69,6 +69,8 @@ def _delay(table: ItemTable, kind: int, config: ConveyorConfig, values: Mapping[
 
 ENDS: Final = (0.025, 0.975)
 """Ends of the intervals."""
+TOLD: Final = 1.96
+"""Standard deviations above 0 from which on a blow-off is told."""
 
 
 @final
@@ -110,7 +112,18 @@ class Fitted:
     @property
     def level(self) -> ConveyorConfig:
         """The level with the fitted values."""
-        return self.posterior.level
+        level = level_at(self.config, self.posterior.values)
+        return with_seals(level, {seal.item: seal.mean for seal in self.seals})
+
+    @property
+    def blows(self) -> bool:
+        """Whether the log tells of a blow-off: its estimate, free of the prior's end at 0, is that far above 0."""
+        posterior, names = self.posterior, [parameter.name for parameter in self.posterior.parameters]
+        if "blow_off" not in names:
+            return False
+        index, best = names.index("blow_off"), posterior.best
+        width = np.sqrt(posterior.inflation * best.covariance[index, index])
+        return bool(best.z[index] - posterior.least[index] > TOLD * width)
 
     @property
     def fits(self) -> bool:

@@ -1,7 +1,7 @@
 """What stays hidden in a logged throw, given what its gauges read: conditional means and draws.
 
 Every hidden value of the suite has a prior (the catalogue and `spread`) and, if it is measured, a gauge (`noise`). Both
-are normal, mostly of logarithms, so the value given its reading is normal too. A container's residue is a mixture and
+are normal, mostly of logarithms, so the value given its reading is normal too. A residue adds to the mass, and
 is taken from a grid. A reading that the log lacks leaves the prior.
 """
 
@@ -35,7 +35,7 @@ RESIDUES: Final = 16
 MIDDLE_SHARE: Final = (0.05, 0.95)
 """Bounds of the depth of a centre of mass as a share of the height, as in the suite."""
 FULL_SHARE: Final = 0.12
-"""Deeper centre of mass of a container with a residue, as in the suite."""
+"""Deeper centre of mass of an item with a residue, as in the suite."""
 
 
 @final
@@ -76,7 +76,7 @@ def draw_hidden(log: ThrowLog, config: ConveyorConfig, normals: Floats) -> Hidde
     """
     count, draws, _ = normals.shape
     row = np.repeat(np.arange(count), draws)
-    z: Draws = dict[str, Floats](zip(NORMALS, normals.reshape(count * draws, len(NORMALS)).T, strict=True))
+    z: Draws = dict[str, Floats](zip(NORMALS, normals.reshape(count * draws, -1).T, strict=True))
     readings, spread, m = take(log, row), config.spread, config.mismatch
     table = item_arrays(config.item_list())
     size = _sizes(readings, config, table, z)
@@ -131,21 +131,25 @@ def _sizes(log: ThrowLog, config: ConveyorConfig, table: ItemTable, z: Draws) ->
     return size
 
 
+def residues(config: ConveyorConfig, table: ItemTable, kind: Ints) -> Floats:
+    """Equally likely residues of objects of kinds (N,) in masses of the item (N, RESIDUES); zeros of an empty kind."""
+    spread = config.spread.residue
+    levels = norm.ppf((np.arange(RESIDUES) + 0.5) / RESIDUES)
+    return table.residue[kind][:, None] * np.exp(spread * levels - spread**2 / 2.0)
+
+
 def _masses(log: ThrowLog, config: ConveyorConfig, table: ItemTable, z: Draws) -> tuple[Floats, Floats]:
     """Masses (M,) [kg] and residues in masses of the item (M,), given the measured masses."""
     spread, noise, kind = config.spread, config.noise.mass, log.kind
-    grid = np.concatenate([[0.0], spread.residue * (np.arange(RESIDUES) + 0.5) / RESIDUES])
-    prior = np.full(len(grid), spread.residue_chance / RESIDUES)
-    prior[0] = 1.0 - spread.residue_chance
+    grid = residues(config, table, kind)
     empty = np.log(table.mass[kind])
     reading = np.log(log.mass)
     miss = np.nan_to_num(reading[:, None] - empty[:, None] - np.log1p(grid))
-    chance = prior * np.exp(-0.5 * miss**2 / max(spread.mass**2 + noise**2, 1e-12) * np.isfinite(reading)[:, None])
-    chance[~table.container[kind], 1:] = 0.0
-    chance[~table.container[kind], 0] = 1.0
+    spoils = 0.5 * miss**2 / max(spread.mass**2 + noise**2, 1e-12) * np.isfinite(reading)[:, None]
+    chance = np.exp(spoils.min(axis=1, keepdims=True) - spoils)
     cumulated = np.cumsum(chance, axis=1)
     index = (cumulated < norm.cdf(z["residue"])[:, None] * cumulated[:, -1:]).sum(axis=1)
-    residue = grid[np.minimum(index, RESIDUES)]
+    residue = grid[np.arange(len(kind)), np.minimum(index, RESIDUES - 1)]
     return np.exp(_read(empty + np.log1p(residue), spread.mass, reading, noise, z["mass"])), residue
 
 

@@ -91,6 +91,7 @@ class ThrowLog:
     velocity: Floats
     """Its velocity (N, 3) [m/s]."""
     percent: Floats
+    """Speed setting (N,) [%]; NaN for hands that move otherwise than the planner's."""
     belt_speed: Floats
     target: Floats
     """Middle of the opening (N, 2) [m]."""
@@ -114,6 +115,11 @@ class ThrowLog:
     def has_landing(self) -> Bools:
         """Which throws have a landing (N,)."""
         return np.asarray(np.isfinite(self.landing).all(axis=1))
+
+    @property
+    def has_free_motion(self) -> bool:
+        """Whether the hands move otherwise than the planner's, so that the releases alone are known."""
+        return bool(np.isnan(self.percent).all())
 
     @classmethod
     def of(cls, context: Context, plans: ReleaseBatch) -> ThrowLog:

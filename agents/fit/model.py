@@ -33,13 +33,14 @@ from pnt_gym.cells.conveyor.objects.drawing import cup_numbers, random_spin, rel
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.shift import apply_cell, apply_drift
-from pnt_gym.planning.motion.ballistics import landing_point
+from pnt_gym.planning.motion.ballistics import flight_time, landing_point
+from pnt_gym.planning.motion.trajectory import HandPath, JerkTrajectory
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.rows import Rows1
 
 from ..ground.cli import UsageError
-from .log import ThrowLog
 from .hidden import NORMALS, Hidden, draw_hidden, standard_draws
+from .log import ThrowLog
 
 PLANNERS: Final = ("straight", "straight_flying")
 """Planners whose throws follow from pick and release alone."""
@@ -51,6 +52,8 @@ SPEED_TOLERANCE: Final = 0.05
 """Largest relative difference of a logged release speed from that of the level's limits."""
 COARSE: Final = 0.004
 """Time between two accelerations at which a grip is judged [s]."""
+RUN_UP: Final = 0.1
+"""Time that a hand of unknown motion moves evenly to its release, as it does after it [s]."""
 QUICK: Final = 2
 """Physics steps of the level in one step of a quick prediction; its error of a millimetre is the same for all draws."""
 
@@ -85,8 +88,13 @@ class ThrowModel:
     """
 
     def __init__(self, log: ThrowLog, config: ConveyorConfig, draws: int = DRAWS) -> None:
-        if config.planner not in PLANNERS:
-            raise UsageError(f"planner is {config.planner!r}; `fit` knows the throws of {' and '.join(PLANNERS)} alone")
+        if not log.has_free_motion and config.planner not in PLANNERS:
+            raise UsageError(
+                f"planner is {config.planner!r}; `fit` knows the throws of {' and '.join(PLANNERS)}, and with "
+                "--free-motion throws of any motion"
+            )
+        if log.has_free_motion:  # nobody knows how its accelerations made an object swing
+            config = config.model_copy(update={"cup": config.cup.model_copy(update={"stiffness": None})})
         self.log, self.config, self.draws = log, config, draws
         self._table = item_arrays(config.item_list())
         self.flown = ~((log.sealed == 0.0) | (log.lost == 1.0))
@@ -101,7 +109,7 @@ class ThrowModel:
         self._set_up_motions()
 
     def _set_up_motions(self) -> None:
-        """Motions of the hands, from the commanded releases."""
+        """Motions of the hands, from the commanded releases: the planner's, or even ones with the logged velocity."""
         log, config, objects = self.log, self.config, self._objects["mean"]
         pick, count = _picks(log, config), len(log)
         limits, _ = self._planner.grip_limits(objects, pick)
@@ -113,6 +121,11 @@ class ThrowModel:
             throw_limits=limits, plan=cast("ReleaseBatch", None), ceiling=pick[:, 2] + config.motion.ceiling,
             belt=config.belt,
         )  # fmt: skip
+        self._path: HandPath
+        if log.has_free_motion:
+            self._picks = picks
+            self._set_up_even_motions(pick, rim)
+            return
         releases = self._planner.mover.release_at(picks, log.release)
         # The level's limits must give the logged releases.
         logged, planned = length(log.velocity), releases.speed
@@ -122,7 +135,8 @@ class ThrowModel:
             raise UsageError(
                 f"{wrong.sum()} of {len(log)} releases do not have the speed that the level's limits give on the way "
                 f"from the pick (throw {first + 1}: {logged[first]:.2f} m/s logged, {planned[first]:.2f} m/s by the "
-                "level); check percent, belt.speed, and that pick and release are the cup's"
+                "level); check percent, belt.speed, and that pick and release are the cup's, or give --free-motion for "
+                "a robot that moves otherwise"
             )
         self._picks = picks.replace(plan=releases)
         self._move(releases)
@@ -142,6 +156,25 @@ class ThrowModel:
         picks = self._picks
         motion = self._planner.mover.throw(picks.pick, releases, picks.throw_limits, picks.ceiling)
         self.releases, self._path, self._release_time = releases, motion.path, motion.release_time
+
+    def _set_up_even_motions(self, pick: Floats, rim: Floats) -> None:
+        """Motions of hands that keep the logged velocities before and after their releases."""
+        log, count = self.log, len(self.log)
+        flight = flight_time(log.release, log.velocity, rim)
+        if not np.isfinite(flight).all():
+            first = int(np.flatnonzero(~np.isfinite(flight))[0])
+            raise UsageError(
+                f"throw {first + 1} never comes down to the rims of the bins at {rim[first]:g} m; check release_z, "
+                "release_vz and bins.rim"
+            )
+        self._release_time = np.full(count, RUN_UP)
+        self.releases = ReleaseBatch.from_velocities(
+            pick, log.release, log.velocity, log.velocity, ceiling_active=np.zeros(count, dtype=np.bool_),
+            reason=np.zeros(count, dtype=np.int64), acceleration=np.zeros(count), time=self._release_time,
+            flight_time=flight,
+        )  # fmt: skip
+        start, duration = log.release - RUN_UP * log.velocity, np.full((count, 1), 2.0 * RUN_UP)
+        self._path = JerkTrajectory(start, duration, np.zeros((count, 1, 3)), log.velocity, rides=True)
 
     def landings(self, config: ConveyorConfig, draught: tuple[float, float] = (0.0, 0.0)) -> Floats:
         """Landings (N, 2) [m] of throws at the conditional means of their hidden values; NaN without a flight."""
@@ -168,7 +201,7 @@ class ThrowModel:
         """Outcomes (N x K,) of throws at the draws of their hidden values, K of each throw in a row."""
         context, row = self._context("draws", config), self._hidden["draws"].row
         quick = config.model_copy(update={"timestep": QUICK * config.timestep})
-        landing, touched = self._fly(context, row, quick, watch=True)
+        landing, touched = self._fly(context, row, quick, watch=not self.log.has_free_motion)
         landing += (self.landings(config) - self.quick_landings([config])[0])[row]
         return Outcomes(landing, touched, self.seals(config), self._holds(context, row, config))
 
@@ -228,7 +261,7 @@ class ThrowModel:
         return landing, clock.meets(context, motion, steps)
 
     def _holds(self, context: Context, row: Ints, config: ConveyorConfig) -> Bools:
-        if not config.grip.limit:
+        if not config.grip.limit or self.log.has_free_motion:  # of whose accelerations nothing is known
             return np.ones(len(row), dtype=np.bool_)
         times = COARSE * np.arange(int(np.floor(self._release_time.max() / COARSE)) + 1)
         loads = self._path.sample(np.minimum(times, self._release_time[:, None])).acceleration
@@ -256,7 +289,8 @@ def _objects(hidden: Hidden, log: ThrowLog, config: ConveyorConfig, table: ItemT
         cup_radius=table.cup_radius[kind] if config.cup.fitted else CUP_RADIUS,
         rolling_friction=table.rolling_friction[kind], restitution=table.restitution[kind], yaw=hidden.yaw,
         grasp=hidden.grasp, belt_error=hidden.belt_error, pick_chance=table.pick_chance[kind], pick_draw=1.0,
-        percent=log.percent[row], measured=_gauge_readings(take(log, row), table),
+        percent=np.nan_to_num(log.percent[row], nan=max(config.limits.percent)),
+        measured=_gauge_readings(take(log, row), table),
     )  # fmt: skip
     return Objects(rows, np.zeros((count, max(len(config.bins.fixed), 1))))
 

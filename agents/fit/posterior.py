@@ -9,16 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Final, final
 
 import numpy as np
+from scipy.stats import norm, truncnorm
 
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from .log import ThrowLog
 from .density import Density, Mode, Node, finite_numbers
+from .log import ThrowLog
 from .model import ThrowModel
 from .parameters import Parameter, values_at
 
@@ -101,39 +103,67 @@ class Posterior:
         """The free parameters."""
         return self.density.parameters
 
+    @cached_property
+    def least(self) -> Floats:
+        """Standard scores of the least values of the parameters (P,)."""
+        return np.array([p.score(p.least) if np.isfinite(p.least) else -np.inf for p in self.parameters])
+
+    @property
+    def z(self) -> Floats:
+        """Standard scores at the maximum over the values that a cell may have (P,); the search knows no least value."""
+        z, covariance = self.best.z, self.best.covariance
+        low = np.flatnonzero(z < self.least)
+        return z + covariance[:, low] @ np.linalg.solve(covariance[np.ix_(low, low)], (self.least - z)[low])
+
     @property
     def values(self) -> dict[str, float]:
         """SI values at the maximum, by name."""
-        return values_at(self.parameters, self.best.z)
-
-    @property
-    def level(self) -> ConveyorConfig:
-        """The cell at the maximum."""
-        return self.density.level(self.best.z)
+        return values_at(self.parameters, self.z)
 
     @finite_numbers()
     def samples(self, count: int = SAMPLES, seed: int = 0) -> Floats:
         """Samples of the standard scores (S, P)."""
         random, size = np.random.default_rng(seed), len(self.parameters)
         normal = random.standard_normal((count, size))
-        fixed = np.array([parameter.name == "stiffness" for parameter in self.parameters])
-        if not fixed.any():
-            return self.best.z + normal @ np.linalg.cholesky(self.inflation * self.best.covariance).T
-        place, share = self._places(random, count)
-        means, roots = np.stack([node.z for node in self.nodes]), []
-        for node in self.nodes:
-            root = np.zeros((size, size))
-            root[np.ix_(~fixed, ~fixed)] = np.linalg.cholesky(self.inflation * node.covariance)
-            roots.append(root)
-        mean = (1.0 - share)[:, None] * means[place] + share[:, None] * means[place + 1]
-        nearest = place + (share > 0.5)
-        return mean + np.einsum("sij,sj->si", np.stack(roots)[nearest], normal)
+        means, covariances = self._normals()
+        if len(means) == 1:
+            mean, nearest = means[np.zeros(count, dtype=np.int64)], np.zeros(count, dtype=np.int64)
+        else:
+            place, share = self._places(random, count, means, covariances)
+            mean = (1.0 - share)[:, None] * means[place] + share[:, None] * means[place + 1]
+            nearest = place + (share > 0.5)
+        roots = np.zeros_like(covariances)
+        free = covariances[0].diagonal() > 0.0
+        roots[:, free[:, None] & free] = np.linalg.cholesky(covariances[:, free][:, :, free]).reshape(len(means), -1)
+        samples = mean + np.einsum("sij,sj->si", roots[nearest], normal)
+        for index in np.flatnonzero(np.isfinite(self.least)):
+            # A draw above the least value, and what the other parameters are beside it.
+            column = covariances[nearest, :, index]
+            width = np.sqrt(column[:, index])
+            low = (self.least[index] - mean[:, index]) / width
+            drawn = mean[:, index] + width * truncnorm.ppf(random.random(count), low, np.inf)
+            samples += column / width[:, None] ** 2 * (drawn - samples[:, index])[:, None]
+        return samples
 
-    def _places(self, random: np.random.Generator, count: int) -> tuple[np.ndarray, Floats]:
+    def _normals(self) -> tuple[Floats, Floats]:
+        """Means (K, P) and covariances (K, P, P) at the nodes, or of the whole; zero where a score is fixed."""
+        if not self.nodes:
+            return self.best.z[None], self.inflation * self.best.covariance[None]
+        free = np.array([parameter.name != "stiffness" for parameter in self.parameters])
+        covariances = np.zeros((len(self.nodes), len(free), len(free)))
+        covariances[:, free[:, None] & free] = [self.inflation * node.covariance.ravel() for node in self.nodes]
+        return np.stack([node.z for node in self.nodes]), covariances
+
+    def _places(
+        self, random: np.random.Generator, count: int, means: Floats, covariances: Floats
+    ) -> tuple[np.ndarray, Floats]:
         """Gaps between nodes, and shares of the way through them (S,), drawn from the density of the stiffness."""
         fixed = np.array([parameter.name == "stiffness" for parameter in self.parameters])
         score = np.array([node.z[fixed][0] for node in self.nodes])
         log_density = profile(self.nodes) / self.inflation
+        for index in np.flatnonzero(np.isfinite(self.least)):  # the share of a node that lies above the least value
+            log_density += norm.logsf(self.least[index], means[:, index], np.sqrt(covariances[:, index, index]))
+        log_density -= log_density.max()
         fine = np.linspace(score[0], score[-1], 1001)
         density = np.exp(np.interp(fine, score, log_density))
         cumulated = np.cumsum(density) / density.sum()

@@ -18,8 +18,8 @@ from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.reading import ReadError, lines_of
 
 from ..ground.cli import UsageError
-from .log import COLUMNS, GROUPS, ThrowLog
 from . import ranges
+from .log import COLUMNS, GROUPS, ThrowLog
 
 FEWEST: Final = 10
 """Fewest landings of a fit."""
@@ -33,16 +33,21 @@ MARGIN: Final = 0.15
 """Distance beyond the belt's lanes and window at which a pick is none of this cell [m]."""
 ASTRAY: Final = 0.35
 """Median distance of landings from the drag-free ones beyond which something else was logged [m]."""
-SEPARATORS: Final = (";", "\t", "|")
-"""Separators of columns that other programs write."""
+SEPARATORS: Final = (",", ";", "\t", "|")
+"""Separators of columns; numbers of a file with another one than a comma may have decimal commas."""
 MISSPELLED: Final = 0.8
 """Likeness, from 0 to 1, from which on a column that is not known is a misspelled one and no further one."""
 SPEED_SHARE: Final = 0.02
 """Relative difference of a logged belt speed from the level's that does not matter."""
 
 
-def read(path: Path, config: ConveyorConfig) -> ThrowLog:
+def read(path: Path, config: ConveyorConfig, free_motion: bool = False) -> ThrowLog:
     """The log in a CSV file, checked against the level.
+
+    Args:
+        path: the file.
+        config: the level.
+        free_motion: whether the hands moved otherwise than the planner's, so that the log has no speed setting.
 
     Raises:
         UsageError: the file is no log of this cell's throws, with the reason.
@@ -74,7 +79,7 @@ def read(path: Path, config: ConveyorConfig) -> ThrowLog:
     rows = np.union1d(first, np.flatnonzero(~log.has_landing))
     if len(rows) < len(log):
         warnings.warn(f"{len(log) - len(rows)} of {len(log)} throws repeat another one, and count once", stacklevel=2)
-    return check(take(log, rows), config)
+    return check(take(log, rows), config, free_motion)
 
 
 def _names(header: Sequence[str], path: Path) -> list[str]:
@@ -86,10 +91,6 @@ def _names(header: Sequence[str], path: Path) -> list[str]:
     if not header:
         raise UsageError(f"log {str(path)!r} is empty; its first line must name the columns")
     names = [name.strip() for name in header]
-    if len(names) == 1 and (marks := [mark for mark in SEPARATORS if mark in names[0]]):
-        raise UsageError(
-            f"columns of log {str(path)!r} are separated by {marks[0]!r}; they must be by commas, with decimal points"
-        )
     if twice := [name for name in COLUMNS if names.count(name) > 1]:
         raise UsageError(f"log {str(path)!r} has more than one column {list_names(twice)}; leave one of each")
     unknown = [name for name in names if name and name not in COLUMNS]
@@ -130,8 +131,12 @@ def _rows(path: Path) -> tuple[list[str], dict[int, list[str]]]:
         drawn = np.random.default_rng(0).choice(count, MOST, replace=False)
         numbers = sorted(1 + int(index) for index in drawn)
     chosen = {0, *numbers}
-    rows = csv.reader(line for number, line in enumerate(_lines(path)) if number in chosen)
+    first = next(_lines(path), "")
+    mark = max(SEPARATORS, key=first.count)
+    rows = csv.reader((line for number, line in enumerate(_lines(path)) if number in chosen), delimiter=mark)
     header = next(rows, [])
+    if mark != ",":
+        rows = ([text.replace(",", ".") for text in row] for row in rows)
     return header, dict(zip(numbers, rows, strict=False))  # a line break in quotes joins two lines to one row
 
 
@@ -170,14 +175,14 @@ def _number(text: str, name: str, throw: int) -> float:
     return value
 
 
-def check(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
+def check(log: ThrowLog, config: ConveyorConfig, free_motion: bool) -> ThrowLog:
     """A log whose units, axes and results make sense in a cell, with what the level knows filled in.
 
     Raises:
         UsageError: they do not, with the reason.
     """
     _check_picks(log, config)
-    log = _fill(log, config)
+    log = _fill(log, config, free_motion)
     landed = log.has_landing
     count = int(landed.sum())
     if count == 0:
@@ -214,10 +219,12 @@ def _check_picks(log: ThrowLog, config: ConveyorConfig) -> None:
         )
 
 
-def _fill(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
+def _fill(log: ThrowLog, config: ConveyorConfig, free_motion: bool) -> ThrowLog:
     """The log with speed settings and results that follow from the level and from the other columns."""
     percent, sealed = log.percent.copy(), log.sealed.copy()
-    if not np.isfinite(percent).all():
+    if free_motion:
+        percent[:] = np.nan
+    elif not np.isfinite(percent).all():
         if len(config.limits.percent) > 1:
             raise UsageError(f"percent is empty, and the level has several speed settings, {config.limits.percent}")
         percent[~np.isfinite(percent)] = min(config.limits.percent)

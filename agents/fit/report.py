@@ -15,12 +15,13 @@ from pnt_gym.names import check_keywords
 
 from ..ground.cli import UsageError
 from ..ground.tables import Grid, throws_bar
-from .log import ThrowLog
 from . import reading
 from .fitted import Fitted, fit_log
-from .parameters import PARAMETERS, Parameter, priors
+from .log import ThrowLog
+from .parameters import PARAMETERS, Parameter, priors, read_level
 from .twins import judge_fit, study_twin
 from .words import sentences
+from .writing import differences
 
 
 @check_keywords
@@ -30,14 +31,16 @@ def fit(
     *,
     free: Sequence[str] | None = None,
     prior: Mapping[str, float] | None = None,
+    free_motion: bool = False,
 ) -> dict[str, Any]:
     """Fit a conveyor level to a log of throws; return the figures that `agents.fit --json` writes.
 
     Args:
-        log: CSV file with a row for each throw, see `agents.judging.log.COLUMNS`.
-        level: name or file of the level about whose values the priors lie.
+        log: CSV file with a row for each throw, see `agents.fit.log.COLUMNS`.
+        level: name or file of the level about whose values the priors lie; of a line's level, that of its cell.
         free: names of the parameters that are not known; None for all.
         prior: standard deviations of priors by name, in SI units; of the logarithm for tau, drag and stiffness.
+        free_motion: whether the robot moves otherwise than the level's planner, as of `--free-motion`.
 
     Raises:
         UsageError: the log is none of this cell's throws, or there is no such parameter.
@@ -45,15 +48,14 @@ def fit(
     """
     if not isinstance(log, str | Path):
         raise UsageError(f"log is {log!r}; it must be a CSV file")
-    config = ConveyorConfig.load(level).model_copy(update={"fidelity": "flight"})
-    parameters = priors(config, free, prior)
-    fitted = fit_log(reading.read(Path(log), config), config, parameters)
+    config, _ = read_level(level)
+    parameters = priors(config, free, prior, free_motion)
+    fitted = fit_log(reading.read(Path(log), config, free_motion), config, parameters)
     return {"level": str(level), **report(fitted, fitted.posterior.samples())}
 
 
 def report(fitted: Fitted, samples: Floats) -> dict[str, Any]:
     """All figures of a fit, as JSON values."""
-    level = fitted.level
     return {
         "throws": len(fitted.log),
         "landings": int(fitted.log.has_landing.sum()),
@@ -63,17 +65,13 @@ def report(fitted: Fitted, samples: Floats) -> dict[str, Any]:
         "tests": {finding.name: {"p": finding.chance, "alarm": finding.alarms} for finding in fitted.misfit},
         "fits": fitted.fits,
         "scatter": fitted.scatter,
-        "differences": {
-            "suction": {"valve": level.suction.valve, "tau": level.suction.tau},
-            **({"cup": {"stiffness": level.cup.stiffness}} if level.cup.stiffness is not None else {}),
-            "bias": level.bias.model_dump(mode="json"),
-        },
+        "differences": differences(fitted),
         "sentences": sentences(fitted, samples),
     }
 
 
 def plan_grid(log: ThrowLog, config: ConveyorConfig) -> Grid:
-    """Table of planned throws."""
+    """Table of the throws of a plan."""
     rows = [
         (
             str(row + 1), config.items[log.kind[row]], f"{log.pick[row, 0]:.2f}, {log.pick[row, 1]:.2f}",
@@ -106,7 +104,8 @@ def grid(
             bar.advance(task)
     labels = {**{p.name: p.label for p in PARAMETERS}, "camera_at_picks": "camera and encoder at the picks [mm]"}
     groups = {label: [twin[name] for twin in judged if name in twin] for name, label in labels.items()}
-    groups["delays of items [ms]"] = [part for twin in judged for name, part in twin.items() if name[:6] == "delay_"]
+    for title, start in {"delays of items [ms]": "delay_", "chances that cups seal": "seal_"}.items():
+        groups[title] = [part for twin in judged for name, part in twin.items() if name.startswith(start)]
     rows = [
         (label, f"{np.mean([p['holds'] for p in parts]):.0%}", f"{np.median([p['error'] for p in parts]):.2f}")
         for label, parts in groups.items()

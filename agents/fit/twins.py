@@ -20,12 +20,14 @@ from . import design
 from .design import DesignPool
 from .fitted import Fitted, combinations, fit_log
 from .log import ThrowLog, complete
-from .parameters import Parameter, level_at, priors, values_at
+from .parameters import Parameter, level_at, priors, values_at, with_seals
 
 ENV: Final = "PnTRelease-v0"
 """Environment of the twins."""
 CELLS: Final = 16
 """Cells side by side."""
+SEALS: Final = 0.05
+"""Largest difference of the chances that cups seal from the level's."""
 MOST_THROWS: Final = 20
 """Throws of a twin per landing that its log must have, at most."""
 
@@ -42,10 +44,11 @@ class Twin:
 
 
 def _scores(parameters: tuple[Parameter, ...], random: np.random.Generator) -> Floats:
-    """Standard scores of hidden parameters (P,), with a valve whose delay is above zero."""
+    """Standard scores of hidden parameters (P,), such as a cell may have."""
     while True:
         scores = random.standard_normal(len(parameters))
-        if values_at(parameters, scores).get("valve", 1.0) > 0.0:
+        values = values_at(parameters, scores)
+        if values.get("valve", 1.0) > 0.0 and all(values[p.name] >= p.least for p in parameters):
             return scores
 
 
@@ -71,10 +74,13 @@ def make(
         parameters: the parameters that are not known; None for all.
     """
     parameters, random = parameters or priors(config), np.random.default_rng((seed, 1))
-    scores = _scores(parameters, random)
-    drawn = level_at(config, values_at(parameters, scores)).model_dump(exclude_unset=True)
-    truth = ConveyorConfig.load(ConveyorConfig.merge(drawn, hidden or {}))
+    drawn = level_at(config, values_at(parameters, _scores(parameters, random)))
     angle = random.uniform(0.0, 2.0 * np.pi)
+    shift = random.uniform(-SEALS, SEALS)
+    chances = {item.name: float(np.clip(item.pick_chance + shift, 0.01, 1.0)) for item in config.item_list()}
+    whole = with_seals(drawn, chances).model_dump(exclude_unset=True)
+    truth = ConveyorConfig.load(ConveyorConfig.merge(whole, hidden or {}))
+    scores = np.array([parameter.score(parameter.read(truth)) for parameter in parameters])
     air = draught * np.array([np.cos(angle), np.sin(angle)])
     log = log_plan(parameters, config, truth, seed, landings) if planned else log_throws(truth, seed, landings, air)
     last = np.flatnonzero(log.has_landing)[landings - 1]
@@ -119,9 +125,10 @@ def log_plan(
 ) -> ThrowLog:
     """Log of the throws that a plan chooses for a level, thrown in a cell; enough for a number of landings."""
     with closing(DesignPool(truth, seed)) as pool:
+        worth = design.information(pool.log, config, parameters, np.zeros(len(parameters)))
         thrown = pool.throw(seed)
         for throws in range(2 * landings, MOST_THROWS * landings, landings):  # a longer plan begins with a shorter one
-            log = take(thrown, design.choose(pool.log, config, parameters, throws))
+            log = take(thrown, design.choose(worth.slopes, throws).rows)
             if log.has_landing.sum() >= landings:
                 return log
         raise UsageError(f"twin {seed} has fewer than {landings} landings in {MOST_THROWS * landings} planned throws")
@@ -135,11 +142,17 @@ def judge_fit(twin: Twin, fitted: Fitted) -> dict[str, Any]:
     names = [parameter.name for parameter in parameters]
     figures: dict[str, Any] = {
         name: {
-            "error": float(abs(fitted.posterior.best.z[k] - twin.scores[k])),
+            "error": float(abs(fitted.posterior.z[k] - twin.scores[k])),
             "holds": bool(low[k] <= twin.scores[k] <= high[k]),
         }
         for k, name in enumerate(names)
     }
+    seals = {item.name: item.pick_chance for item in twin.truth.item_list()}
+    for seal in fitted.seals:
+        true_chance = seals[seal.item]
+        figures[f"seal_{seal.item}"] = {
+            "error": abs(seal.mean - true_chance), "holds": bool(seal.low <= true_chance <= seal.high)
+        }  # fmt: skip
     true = values_at(parameters, twin.scores)
     estimates = fitted.combinations(samples)
     for part in combinations(fitted.log, fitted.config):

@@ -58,11 +58,20 @@ def sentences(fitted: Fitted, samples: Floats) -> list[str]:
     names = {parameter.name for parameter in fitted.posterior.parameters}
     return [
         *(f"This log does not tell {label}: the interval is hardly narrower than the prior." for label in vague),
+        *_blown(fitted, samples),
         *_pairs(fitted, samples),
         *([BIN_CAMERA] if names & {"camera_x", "camera_y"} else []),
         *_modes(fitted, samples),
         *verdict(fitted),
     ]
+
+
+def _blown(fitted: Fitted, samples: Floats) -> list[str]:
+    """A sentence where the cup blows its objects off."""
+    if not fitted.blows:
+        return []
+    part = fitted.estimates(samples)["blow_off"]
+    return [f"The cup blows its objects off: they leave {part.text} faster downwards than it."]
 
 
 def _pairs(fitted: Fitted, samples: Floats) -> list[str]:
@@ -102,8 +111,8 @@ def _modes(fitted: Fitted, samples: Floats) -> list[str]:
 
 def verdict(fitted: Fitted) -> list[str]:
     """Whether the model fits, and if not, what speaks against it."""
-    alarms = [finding for finding in fitted.misfit if finding.alarms]
-    if not alarms:
+    alarms = [finding for finding in fitted.misfit if finding.alarms and finding.is_told]
+    if fitted.fits:
         return [f"The model fits: none of {len(fitted.misfit)} tests speaks against it (at {LEVEL:.0%} in all)."]
     reasons = "; ".join(f"{finding.text} (p = {finding.chance:.1g})" for finding in alarms)
     wide = f" Intervals are {fitted.scatter:.2f} times as wide." if fitted.scatter > 1.05 else ""

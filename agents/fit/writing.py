@@ -6,11 +6,15 @@ import os
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.items import Item
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.drift import CameraOffset, Encoder, Valve
+from pnt_gym.reading import yaml_text
 
 from ..ground.tables import Grid, html_text
 from .fitted import Fitted
@@ -28,47 +32,66 @@ STYLE: Final = (
 )
 
 
+def differences(fitted: Fitted) -> dict[str, Any]:
+    """Sections of the fitted level that differ from the level from which the fit began, in JSON types."""
+    level, names = fitted.level, fitted.posterior.values.keys()
+    bias = level.bias
+    values: dict[str, Any] = {
+        "suction": {"valve": _round(level.suction.valve), "tau": _round(level.suction.tau)},
+        "cup": {key: _round(getattr(level.cup, key)) for key in ("stiffness", "blow_off") if key in names},
+        "bias": {
+            "camera": [_within(place, CameraOffset.bound) for place in bias.camera],
+            "encoder": _within(bias.encoder, Encoder.bound),
+            "drag": _within(bias.drag, 0.9),
+            "delay": _within(bias.delay, Valve.bound),
+        },
+        "extra_items": [_item(item, fitted.config) for item in level.extra_items],
+    }
+    return {section: value for section, value in values.items() if value}
+
+
+def _item(item: Item, config: ConveyorConfig) -> dict[str, Any]:
+    """An item of the fitted level: as in the catalogue but for its chance to be sealed, or all keys of a user's own."""
+    if item.name in {own.name for own in config.extra_items}:
+        return item.model_dump(mode="json")
+    return {"name": item.name, "like": item.name, "pick_chance": _round(item.pick_chance)}
+
+
 def text(fitted: Fitted, samples: Floats, base: str, place: Path, source: str) -> str:
     """Text of a level with the fitted values, each with its interval in a comment.
 
     Args:
         fitted: the fit.
         samples: of its posterior (S, P).
-        base: name or file of the level from which the fit began.
+        base: name or file of the level from which the fit began; empty for a line's cell, whose level is written whole.
         place: file of the new level.
         source: command that made it.
     """
     # A level's file names the file of its base relative to itself.
     base = os.path.relpath(base, place.parent) if Path(base).suffix else base
-    level, estimates = fitted.level, fitted.estimates(samples)
-    notes = {key: f"  # {part.label}: {part.text}" for key, part in estimates.items()}
-    bias = level.bias
-    cameras = [part for key, part in estimates.items() if key in ("camera_x", "camera_y")]
-    camera = ", ".join(f"{part.label}: {part.text}" for part in cameras)
-    count = int(fitted.log.has_landing.sum())
+    estimates, count = fitted.estimates(samples), int(fitted.log.has_landing.sum())
     lines = [
-        f"# {source}: {count} landings of {len(fitted.log)} throws; 95 % intervals in brackets.",
-        *(f"# {sentence}" for sentence in sentences(fitted, samples)),
-        f"name: {place.stem}",
-        f"base: {base}",
-        "suction:",
-        f"  valve: {level.suction.valve:.6g}{notes.get('valve', '')}",
-        f"  tau: {level.suction.tau:.6g}{notes.get('tau', '')}",
-        *([f"cup: {{stiffness: {level.cup.stiffness:.6g}}}{notes['stiffness']}"] if "stiffness" in estimates else []),
-        "bias:",
-        f"  camera: [{_within(bias.camera[0], 0.05):.6g}, {_within(bias.camera[1], 0.05):.6g}]  # {camera}",
-        f"  encoder: {_within(bias.encoder, 0.05):.6g}{notes.get('encoder', '')}",
-        f"  drag: {_within(bias.drag, 0.9):.6g}{notes.get('drag', '')}",
-        *([f"  delay: {_within(bias.delay, 0.03):.6g}  # of the valve, below zero"] if bias.delay else []),
-        *(f"# {s.item} sealed in {s.sealed} of {s.tries} picks; pick_chance {s.mean:.2f} ({s.low:.2f}..{s.high:.2f})"
+        f"{source}: {count} landings of {len(fitted.log)} throws; 95 % intervals in brackets.",
+        *sentences(fitted, samples),
+        *(f"{part.label}: {part.text}" for part in estimates.values()),
+        *(f"{s.item} sealed in {s.sealed} of {s.tries} picks: {s.mean:.2f} ({s.low:.2f}..{s.high:.2f})"
           for s in fitted.seals),
     ]  # fmt: skip
-    return "\n".join(lines) + "\n"
+    data: dict[str, Any] = {"base": base} | differences(fitted)
+    if not base:
+        whole = fitted.config.model_dump(mode="json", exclude_unset=True, exclude={"name", "fidelity"})
+        data = ConveyorConfig.merge(whole, differences(fitted))
+    return "".join(f"# {line}\n" for line in lines) + yaml_text({"name": place.stem, **data}, default_flow_style=None)
 
 
 def _within(value: float, bound: float) -> float:
     """A value within the bounds of a level."""
-    return float(np.clip(value, -bound, bound))
+    return _round(np.clip(value, -bound, bound))
+
+
+def _round(value: float) -> float:
+    """A value with six digits."""
+    return float(f"{value:.6g}")
 
 
 def page(fitted: Fitted, samples: Floats, title: str) -> str:

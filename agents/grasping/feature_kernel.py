@@ -1,7 +1,4 @@
-"""Objects in pictures, and features of depth and colour around places. Compiled; see `pnt_gym.compiled`.
-
-Depths are in mm and colours in shares here, so that features are of the order of 1.
-"""
+"""Objects in pictures, and features of depth and colour around places. Compiled; see `pnt_gym.compiled`."""
 
 from __future__ import annotations
 
@@ -12,8 +9,10 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.grasp.image_kernel import BLUE, GREEN, HEIGHT, PIXEL, PIXELS, RED, VALID
-from pnt_gym.compiled import kernel, kernel_part
-from pnt_gym.rows import Bytes4, Floats1, Floats2, Ints2
+from pnt_gym.compiled import empty_rows, kernel, kernel_part
+from pnt_gym.rows import Bytes4, Floats1, Ints2, Rows1, Rows2
+
+from .rows import Disc, Pixel, Place, Whole
 
 ON = 4.0
 """Height above which a pixel shows an object and not the belt; lids lie only 9 mm above the belt [mm]."""
@@ -22,18 +21,7 @@ AROUND = 0.009
 LIP_SHARE = 0.8
 """Share of the lip's radius to which the object must reach around a place."""
 INNER, OUTER = 0, 1
-P_VALID, P_HEIGHT, P_ON, P_GRAY, P_WARM = range(5)
-"""Planes of a picture: whether the depth is valid, height [mm], whether not the belt, brightness, warmth."""
-# Sums over the pixels of a disc: valid ones and their x, y, height and products; all ones, those on the belt, colours.
-(N, X, Y, Z, XX, XY, YY, XZ, YZ, ZZ, ALL, BELT, G, GG, W, WW) = range(16)
-SUMS = 16
-# Features of a place; of the inner disc under the lip, and of the outer disc with the ring around the lip.
-(
-    VALID_IN, VALID_OUT, ROUGH_IN, ROUGH_OUT, SLOPE_IN, SLOPE_OUT, BELT_IN, BELT_OUT, BULGE, BELOW_TOP, LEVEL,
-    GRAY_IN, WARM_IN, GRAY_TEXTURE, WARM_TEXTURE, GRAY_STEP, WARM_STEP, DISTANCE, AXIS_DISTANCE,
-    OBJECT_GRAY, OBJECT_WARM, OBJECT_VALID, OBJECT_AREA, OBJECT_TOP, OBJECT_LENGTH, CUP,
-) = range(26)  # fmt: skip
-FEATURES = 26
+PIXEL_ROW, DISC, WHOLE = Pixel.dtype, Disc.dtype, Whole.dtype
 LEAST_VARIANCE = 0.25
 """Smallest variance of heights around a plane, which rounding to millimetres leaves [mm2]."""
 
@@ -98,8 +86,8 @@ def _find(smooth: Floats, part: Ints, stack: Ints) -> int:
 
 
 @kernel_part
-def _write(image: Any, smooth: Floats, planes: Floats) -> None:
-    """Write the planes of a picture: what loops over discs read many times."""
+def _write(image: Any, smooth: Floats, pixels: Rows2[Pixel]) -> None:
+    """Write the pixels of a picture."""
     for row in range(PIXELS):
         for column in range(PIXELS):
             red, green, blue = (
@@ -107,11 +95,12 @@ def _write(image: Any, smooth: Floats, planes: Floats) -> None:
                 float(image[GREEN, row, column]),
                 float(image[BLUE, row, column]),
             )
-            planes[row, column, P_VALID] = 1.0 if image[VALID, row, column] > 0 else 0.0
-            planes[row, column, P_HEIGHT] = image[HEIGHT, row, column]
-            planes[row, column, P_ON] = 1.0 if smooth[row, column] > ON else 0.0
-            planes[row, column, P_GRAY] = (red + green + blue) / 765.0
-            planes[row, column, P_WARM] = (red - blue) / 255.0
+            pixel = pixels[row, column]
+            pixel.valid = 1.0 if image[VALID, row, column] > 0 else 0.0
+            pixel.height = image[HEIGHT, row, column]
+            pixel.on = 1.0 if smooth[row, column] > ON else 0.0
+            pixel.gray = (red + green + blue) / 765.0
+            pixel.warm = (red - blue) / 255.0
 
 
 @kernel_part
@@ -130,10 +119,10 @@ def _is_inside(part: Ints, label: int, row: int, column: int, reach: int) -> boo
 
 
 @kernel_part
-def _describe(planes: Floats, smooth: Floats, valid: Floats, part: Ints, label: int, whole: Floats) -> int:
-    """Write an object's pixels, middle, axis, length, colours, valid share and top; return the number of pixels."""
-    whole[:] = 0.0
-    count, x, y, xx, xy, yy, top = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+def _describe(pixels: Rows2[Pixel], smooth: Floats, valid: Floats, part: Ints, label: int, whole: Whole) -> None:
+    """Write what an object with a label is like."""
+    count, x, y, xx, xy, yy = 0, 0.0, 0.0, 0.0, 0.0, 0.0
+    gray, warm, shown, top = 0.0, 0.0, 0.0, 0.0
     half = (PIXELS - 1) / 2.0
     for row in range(PIXELS):
         for column in range(PIXELS):
@@ -141,25 +130,23 @@ def _describe(planes: Floats, smooth: Floats, valid: Floats, part: Ints, label: 
                 p, q = (column - half) * PIXEL, (half - row) * PIXEL
                 count, x, y = count + 1, x + p, y + q
                 xx, xy, yy = xx + p * p, xy + p * q, yy + q * q
-                whole[5] += planes[row, column, P_GRAY]
-                whole[6] += planes[row, column, P_WARM]
-                whole[7] += valid[row, column]
-                top += smooth[row, column]
+                gray, warm = gray + pixels[row, column].gray, warm + pixels[row, column].warm
+                shown, top = shown + valid[row, column], top + smooth[row, column]
+    whole.count = count
     if count == 0:
-        return 0
+        return
     x, y = x / count, y / count
     xx, xy, yy = xx / count - x * x, xy / count - x * y, yy / count - y * y
     angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
-    whole[0], whole[1], whole[2], whole[3] = x, y, math.cos(angle), math.sin(angle)
-    whole[4] = math.sqrt(max((xx + yy) / 2.0 + math.hypot((xx - yy) / 2.0, xy), 0.0))
-    whole[5], whole[6], whole[7], whole[8] = whole[5] / count, whole[6] / count, whole[7] / count, top / count
-    return count
+    whole.x, whole.y, whole.cos, whole.sin = x, y, math.cos(angle), math.sin(angle)
+    whole.length = math.sqrt(max((xx + yy) / 2.0 + math.hypot((xx - yy) / 2.0, xy), 0.0))
+    whole.gray, whole.warm, whole.valid, whole.top = gray / count, warm / count, shown / count, top / count
 
 
 @kernel_part
-def _sum_ring(planes: Floats, row: int, column: int, least: float, most: float, s: Floats) -> None:
-    """Add to the sums (SUMS,) the pixels whose squared distance [m2] is above `least` and at most `most`."""
-    # Numbers of their own stay in registers, which makes the loop three times as fast as sums in an array.
+def _sum_ring(pixels: Rows2[Pixel], row: int, column: int, least: float, most: float, s: Disc) -> None:
+    """Write the sums over the pixels whose squared distance [m2] is above `least` and at most `most`."""
+    # Numbers of their own stay in registers, which makes the loop three times as fast as sums in a row.
     every, shown, gray, gray_2, warm, warm_2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     n, x, y, z, xx, xy, yy, xz, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     reach = int(math.sqrt(most) / PIXEL)
@@ -169,113 +156,114 @@ def _sum_ring(planes: Floats, row: int, column: int, least: float, most: float, 
             p = (j - column) * PIXEL
             square = p * p + q * q
             if least < square <= most:
-                on, valid, g, w = planes[i, j, P_ON], planes[i, j, P_VALID], planes[i, j, P_GRAY], planes[i, j, P_WARM]
+                pixel = pixels[i, j]
+                on, valid, g, w = pixel.on, pixel.valid, pixel.gray, pixel.warm
                 every, shown = every + 1.0, shown + on
                 gray, gray_2, warm, warm_2 = gray + on * g, gray_2 + on * g * g, warm + on * w, warm_2 + on * w * w
-                a, b, h = 100.0 * valid * p, 100.0 * valid * q, valid * planes[i, j, P_HEIGHT]
+                a, b, h = 100.0 * valid * p, 100.0 * valid * q, valid * pixel.height
                 n, x, y, z = n + valid, x + a, y + b, z + h
                 xx, xy, yy = xx + a * a, xy + a * b, yy + b * b
                 xz, yz, zz = xz + a * h, yz + b * h, zz + h * h
-    s[ALL], s[BELT] = s[ALL] + every, s[BELT] + every - shown
-    s[G], s[GG], s[W], s[WW] = s[G] + gray, s[GG] + gray_2, s[W] + warm, s[WW] + warm_2
-    s[N], s[X], s[Y], s[Z] = s[N] + n, s[X] + x, s[Y] + y, s[Z] + z
-    s[XX], s[XY], s[YY] = s[XX] + xx, s[XY] + xy, s[YY] + yy
-    s[XZ], s[YZ], s[ZZ] = s[XZ] + xz, s[YZ] + yz, s[ZZ] + zz
+    s.every, s.belt, s.gray, s.gray_2, s.warm, s.warm_2 = every, every - shown, gray, gray_2, warm, warm_2
+    s.n, s.x, s.y, s.z, s.xx, s.xy, s.yy, s.xz, s.yz, s.zz = n, x, y, z, xx, xy, yy, xz, yz, zz
 
 
 @kernel_part
-def _sum_discs(planes: Floats, row: int, column: int, radius: float, sums: Floats) -> None:
-    """Write sums over the disc of a radius at a pixel, and over the disc with the ring around."""
-    sums[:] = 0.0
-    wide = radius + AROUND
-    _sum_ring(planes, row, column, -1.0, radius * radius, sums[INNER])
-    sums[OUTER] = sums[INNER]
-    _sum_ring(planes, row, column, radius * radius, wide * wide, sums[OUTER])
+def _add(disc: Disc, s: Disc) -> None:
+    """Add the sums over a disc to those over the ring around it."""
+    s.every, s.belt = s.every + disc.every, s.belt + disc.belt
+    s.gray, s.gray_2, s.warm, s.warm_2 = (
+        s.gray + disc.gray,
+        s.gray_2 + disc.gray_2,
+        s.warm + disc.warm,
+        s.warm_2 + disc.warm_2,
+    )
+    s.n, s.x, s.y, s.z = s.n + disc.n, s.x + disc.x, s.y + disc.y, s.z + disc.z
+    s.xx, s.xy, s.yy = s.xx + disc.xx, s.xy + disc.xy, s.yy + disc.yy
+    s.xz, s.yz, s.zz = s.xz + disc.xz, s.yz + disc.yz, s.zz + disc.zz
 
 
 @kernel_part
-def _fit(s: Floats) -> tuple[float, float, float]:
+def _fit(s: Disc) -> tuple[float, float, float]:
     """Mean height [mm], slope and variance of the heights around their plane [mm2], from sums over a disc."""
-    n = s[N]
+    n = s.n
     if n < 4.0:
-        return (s[Z] / n if n > 0.0 else 0.0), 0.0, 25.0
-    x, y, z = s[X] / n, s[Y] / n, s[Z] / n
-    xx, xy, yy = s[XX] / n - x * x + 1e-6, s[XY] / n - x * y, s[YY] / n - y * y + 1e-6
-    xz, yz, zz = s[XZ] / n - x * z, s[YZ] / n - y * z, s[ZZ] / n - z * z
+        return (s.z / n if n > 0.0 else 0.0), 0.0, 25.0
+    x, y, z = s.x / n, s.y / n, s.z / n
+    xx, xy, yy = s.xx / n - x * x + 1e-6, s.xy / n - x * y, s.yy / n - y * y + 1e-6
+    xz, yz, zz = s.xz / n - x * z, s.yz / n - y * z, s.zz / n - z * z
     determinant = xx * yy - xy * xy
     a, b = (xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant
     return z, math.sqrt(a * a + b * b) / 10.0, max(zz - a * xz - b * yz, 0.0)
 
 
 @kernel_part
-def _write_local(sums: Floats, whole: Floats, features: Floats) -> None:
+def _write_local(inner: Disc, outer: Disc, whole: Whole, place: Place) -> None:
     """Write the features of a place's surroundings."""
-    inner, outer = sums[INNER], sums[OUTER]
-    height, slope_in, rough_in = _fit(inner)
-    outer_height, slope_out, rough_out = _fit(outer)
-    features[VALID_IN], features[VALID_OUT] = inner[N] / inner[ALL], outer[N] / outer[ALL]
-    features[ROUGH_IN], features[ROUGH_OUT] = (
-        0.5 * math.log(rough_in + LEAST_VARIANCE),
-        0.5 * math.log(rough_out + LEAST_VARIANCE),
-    )
-    features[SLOPE_IN], features[SLOPE_OUT] = slope_in, slope_out
-    features[BELT_IN], features[BELT_OUT] = inner[BELT] / inner[ALL], outer[BELT] / outer[ALL]
-    features[BULGE], features[BELOW_TOP] = (height - outer_height) / 5.0, (whole[8] - height) / 10.0
-    features[LEVEL] = height / 50.0
-    seen, around = max(inner[ALL] - inner[BELT], 1.0), max(outer[ALL] - outer[BELT], 1.0)
-    gray, warm = inner[G] / seen, inner[W] / seen
-    features[GRAY_IN], features[WARM_IN] = gray, warm
-    features[GRAY_TEXTURE] = 10.0 * math.sqrt(max(inner[GG] / seen - gray * gray, 0.0))
-    features[WARM_TEXTURE] = 10.0 * math.sqrt(max(inner[WW] / seen - warm * warm, 0.0))
-    features[GRAY_STEP], features[WARM_STEP] = outer[G] / around - gray, outer[W] / around - warm
+    height, place.slope_in, rough_in = _fit(inner)
+    outer_height, place.slope_out, rough_out = _fit(outer)
+    place.valid_in, place.valid_out = inner.n / inner.every, outer.n / outer.every
+    place.rough_in = 0.5 * math.log(rough_in + LEAST_VARIANCE)
+    place.rough_out = 0.5 * math.log(rough_out + LEAST_VARIANCE)
+    place.belt_in, place.belt_out = inner.belt / inner.every, outer.belt / outer.every
+    place.bulge, place.below_top = (height - outer_height) / 5.0, (whole.top - height) / 10.0
+    place.level = height / 50.0
+    seen, around = max(inner.every - inner.belt, 1.0), max(outer.every - outer.belt, 1.0)
+    gray, warm = inner.gray / seen, inner.warm / seen
+    place.gray_in, place.warm_in = gray, warm
+    place.gray_texture = 10.0 * math.sqrt(max(inner.gray_2 / seen - gray * gray, 0.0))
+    place.warm_texture = 10.0 * math.sqrt(max(inner.warm_2 / seen - warm * warm, 0.0))
+    place.gray_step, place.warm_step = outer.gray / around - gray, outer.warm / around - warm
 
 
 @kernel_part
-def _write_object(whole: Floats, count: int, radius: float, x: float, y: float, features: Floats) -> None:
+def _write_object(whole: Whole, radius: float, x: float, y: float, place: Place) -> None:
     """Write the features of a place on its object, and of the object."""
-    x, y = x - whole[0], y - whole[1]
-    features[DISTANCE] = math.sqrt(x * x + y * y) / 0.03
-    features[AXIS_DISTANCE] = abs(whole[2] * y - whole[3] * x) / 0.03
-    features[OBJECT_GRAY], features[OBJECT_WARM], features[OBJECT_VALID] = whole[5], whole[6], whole[7]
-    features[OBJECT_AREA], features[OBJECT_TOP] = math.sqrt(float(count)) / 10.0, whole[8] / 50.0
-    features[OBJECT_LENGTH], features[CUP] = whole[4] / 0.03, radius / 0.018
+    x, y = x - whole.x, y - whole.y
+    place.distance = math.sqrt(x * x + y * y) / 0.03
+    place.axis_distance = abs(whole.cos * y - whole.sin * x) / 0.03
+    place.object_gray, place.object_warm, place.object_valid = whole.gray, whole.warm, whole.valid
+    place.object_area, place.object_top = math.sqrt(float(whole.count)) / 10.0, whole.top / 50.0
+    place.object_length, place.cup = whole.length / 0.03, radius / 0.018
 
 
 @kernel
-def write_features(images: Bytes4, radius: Floats1, of_all: bool, pixels: Ints2, features: Floats2) -> int:
+def write_features(images: Bytes4, radius: Floats1, of_all: bool, places: Ints2, features: Rows1[Place]) -> int:
     """Write the pixels on the objects of N pictures, and the features there.
 
     Args:
         images: pictures (N, 5, PIXELS, PIXELS).
         radius: radii of the cups (N,) [m].
         of_all: whether all objects of a picture count, or the one nearest to the picture's middle.
-        pixels: written with picture, row and column (T, 3) of the first T rows; a picture without an object gives none.
-        features: written (T, FEATURES).
+        places: written with picture, row and column (T, 3) of the first T rows; a picture without an object gives none.
+        features: written (T,).
 
     Returns:
         The number of rows T.
     """
-    planes, smooth = np.empty((PIXELS, PIXELS, 5)), np.empty((2, PIXELS, PIXELS))
+    pixels, smooth = empty_rows((PIXELS, PIXELS), PIXEL_ROW), np.empty((2, PIXELS, PIXELS))
     part, stack = np.empty((PIXELS, PIXELS), dtype=np.int64), np.empty(PIXELS * PIXELS, dtype=np.int64)
-    whole, sums = np.empty(9), np.empty((2, SUMS))
+    wholes, discs = empty_rows(1, WHOLE), empty_rows(2, DISC)  # an array keeps its rows, a row alone is not kept
     total, half = 0, (PIXELS - 1) / 2.0
     for n in range(len(images)):
         _blur(images[n], smooth[0], smooth[1])
-        _write(images[n], smooth[0], planes)
-        nearest = _find(smooth[0], part, stack)
+        _write(images[n], smooth[0], pixels)
+        nearest, near, wide = _find(smooth[0], part, stack), radius[n], radius[n] + AROUND
         labels = part.max() if of_all else nearest
         for label in range(1 if of_all else max(nearest, 1), labels + 1):
-            count = _describe(planes, smooth[0], smooth[1], part, label, whole)
-            first, reach = total, int(LIP_SHARE * radius[n] / PIXEL)
+            _describe(pixels, smooth[0], smooth[1], part, label, wholes[0])
+            first, reach = total, int(LIP_SHARE * near / PIXEL)
             while total == first and reach >= 0:  # a narrow object has places where the lip overhangs
                 for row in range(PIXELS):
                     for column in range(PIXELS):
                         if part[row, column] == label and _is_inside(part, label, row, column, reach):
-                            _sum_discs(planes, row, column, radius[n], sums)
-                            _write_local(sums, whole, features[total])
+                            _sum_ring(pixels, row, column, -1.0, near * near, discs[INNER])
+                            _sum_ring(pixels, row, column, near * near, wide * wide, discs[OUTER])
+                            _add(discs[INNER], discs[OUTER])
+                            _write_local(discs[INNER], discs[OUTER], wholes[0], features[total])
                             x, y = (column - half) * PIXEL, (half - row) * PIXEL
-                            _write_object(whole, count, radius[n], x, y, features[total])
-                            pixels[total, 0], pixels[total, 1], pixels[total, 2] = n, row, column
+                            _write_object(wholes[0], near, x, y, features[total])
+                            places[total, 0], places[total, 1], places[total, 2] = n, row, column
                             total += 1
                 reach -= 1
     return total

@@ -7,15 +7,13 @@ from typing import Final, NamedTuple, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats, Ints, words
 from pnt_gym.cells.grasp.images import pixel_places
 
-NAMES: Final = (
-    "valid_in", "valid_out", "rough_in", "rough_out", "slope_in", "slope_out", "belt_in", "belt_out", "bulge",
-    "below_top", "level", "gray_in", "warm_in", "gray_texture", "warm_texture", "gray_step", "warm_step", "distance",
-    "axis_distance", "object_gray", "object_warm", "object_valid", "object_area", "object_top", "object_length", "cup",
-)  # fmt: skip
-"""Names of the features: `in` under the lip, `out` with a ring of 9 mm around the lip."""
+from .rows import Place
+
+NAMES: Final = tuple(Place.fields)
+"""Names of the features."""
 OF_KIND: Final = ("object_gray", "object_warm")
 """Colours of the whole object, by which a network recognises kinds; on unseen kinds such knowledge misleads."""
 COLOURS: Final = (*OF_KIND, "gray_in", "warm_in", "gray_texture", "warm_texture", "gray_step", "warm_step")
@@ -91,15 +89,15 @@ def place_features(images: NDArray[np.uint8], radius: Floats, *, of_all: bool = 
         radius: radii of the cups (N,) [m].
         of_all: whether to give the places on all objects, or on the object nearest to the picture's middle.
     """
-    from .feature_kernel import FEATURES, write_features  # noqa: PLC0415 - numba takes a while
+    from .feature_kernel import write_features  # noqa: PLC0415 - numba takes a while
 
     chunks: list[tuple[Ints, Floats]] = []
     for begin in range(0, len(images), CHUNK):
         part = np.ascontiguousarray(images[begin : begin + CHUNK])
         most = len(part) * MOST_PIXELS
-        pixels, values = np.empty((most, 3), dtype=np.int64), np.empty((most, FEATURES))
-        total = write_features(part, np.ascontiguousarray(radius[begin : begin + CHUNK]), of_all, pixels, values)
-        chunks.append((pixels[:total].copy(), values[:total].copy()))
+        pixels, rows = np.empty((most, 3), dtype=np.int64), Place.empty(most)
+        total = write_features(part, np.ascontiguousarray(radius[begin : begin + CHUNK]), of_all, pixels, rows)
+        chunks.append((pixels[:total].copy(), words(rows[:total]).copy()))
     picture = np.concatenate([pixels[:, 0] + CHUNK * k for k, (pixels, _) in enumerate(chunks)])
     pixel = np.concatenate([pixels[:, 1:] for pixels, _ in chunks])
     return PlaceFeatures(picture, pixel, np.concatenate([values for _, values in chunks]), len(images))

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import re
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import metadata
 from modulefinder import ModuleFinder
 from pathlib import Path
 from typing import Any, Final, final
 
+from pnt_gym.constants import WORLD
+from pnt_gym.errors import one_sentence
+
+from .cli import UsageError
 from .places import CHECKOUT, CODE, SHIPPED, code_pattern, module_name
 
 PACKAGES = (
@@ -30,14 +35,28 @@ PACKAGES = (
 
 @cache
 def versions() -> dict[str, str]:
-    """Versions of Python and of the packages a result depends on."""
-    package_versions = {"python": platform.python_version()}
+    """Versions of Python and of the packages a result depends on, and the world that these simulate."""
+    package_versions = {"world": str(WORLD), "python": platform.python_version()}
     for package in PACKAGES:
         try:
             package_versions[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
             package_versions[package] = "not installed"
     return package_versions
+
+
+def world_of(head: Mapping[str, Any]) -> int:
+    """World in which a result was measured, by the head of its file; files of earlier versions do not name it.
+
+    Raises:
+        UsageError: the world is no whole number.
+    """
+    world = str(head.get("world", head.get("versions", {}).get("world", 1)))
+    if not re.fullmatch(r"[1-9]\d{0,5}", world):
+        raise UsageError(
+            f"a file of results is of world {one_sentence(repr(world), 40)}; worlds are whole numbers from 1 on"
+        )
+    return int(world)
 
 
 def git_state() -> str | None:

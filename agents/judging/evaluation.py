@@ -20,9 +20,9 @@ from ..ground.environments import OPTIONS, Env, as_vector, make_vector
 from ..ground.outputs import deliver_text
 from ..ground.tables import throws_bar
 from . import trials
-from .recorder import Recorder
 from .loop import Progress
 from .record import Record, Row
+from .recorder import Recorder
 from .trial import Trial
 
 

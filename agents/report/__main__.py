@@ -7,12 +7,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from pnt_gym.constants import WORLD
+
 from ..ground.cli import UsageError, check_libraries, run
 from ..ground.drawings import svg
 from ..ground.files import check_form, lock_folder
 from ..ground.outputs import deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
+from ..ground.versions import world_of
 from ..reproduce import record
 from ..results import content, study
 from . import contents, page, pictures, submissions, templates
@@ -98,7 +101,10 @@ def read(results: Path, *, trust: bool = False) -> list[Chapter]:
     for path, data in files:
         with check_form(path):
             own = _chapters(path.stem, data, results) if isinstance(data, dict) else []
-            chapters += [replace(chapter, name=chapter.name or path.stem, source=path.stem) for chapter in own]
+            world = world_of(data) if own else WORLD
+            chapters += [
+                replace(chapter, name=chapter.name or path.stem, source=path.stem, world=world) for chapter in own
+            ]
     handed_in = submissions.grid(results)
     return [*chapters, *([Chapter(TITLE, (handed_in,), name=BLOCK, source=BLOCK)] if handed_in.rows else [])]
 

@@ -14,6 +14,7 @@ from ..judging.throw_record import ThrowRecord
 from ..reproduce.record import verdicts
 from ..results.study import shipped_study
 from . import line
+from .headline import FITTED, LOGGED
 from .tables import first_level, name_of, rows_of
 from .templates import NoFigure, mm, number
 
@@ -76,7 +77,8 @@ def learning(results: Results) -> Values:
     data = _read(results, "benchmark")
     level, rows = first_level(data)
     planner = _row(rows, "analytic")
-    learned = sorted(_rows(rows), key=lambda row: (row["throws"], -_pace(row)))
+    fitted = [row for row in rows if row["label"] == FITTED]
+    learned = sorted((row for row in _rows(rows) if row not in fitted), key=lambda row: (row["throws"], -_pace(row)))
     winner = max(learned, key=_pace)
     enough = _pace(planner) + NEARLY_ALL * (_pace(winner) - _pace(planner))
     ahead = ((row, interval(data, level, row, planner)) for row in learned)
@@ -87,6 +89,7 @@ def learning(results: Results) -> Values:
         "winner": winner,
         "soonest": next(row for row in learned if _pace(row) >= enough),
         "first": next((row for row, gain in ahead if gain is not None and gain.low > 0.0), None),
+        "fitted": next((row for row in fitted if row["throws"] == LOGGED), None),
         "gain": lambda one, other: difference(data, one["level"], one, other),
     }
 
@@ -193,6 +196,22 @@ def reality(results: Results) -> Values:
         "bound": _case(bounds, max(bounds)),
         "low": _case(bounds, 0.35),
     }
+
+
+def cells(results: Results) -> Values:
+    """The paces of the shipped policy, and of a learner in each cell, over the values of assumed numbers."""
+    paces = controller_paces(_read(results, "assumed", STUDY)["rows"])
+    shipped, learned = (_case(paces, name) for name in ("waste-sac", "MLP"))
+    worst = min(shipped, key=lambda number: shipped[number])
+    return {"shipped": shipped, "learned": learned, "worst": worst, "usual": _case(shipped, "as assumed")}
+
+
+def controller_paces(rows: Sequence[Data]) -> dict[str, dict[str, float]]:
+    """Mean pace over seeds by controller, and by the number of the cell that is another."""
+    paces: dict[str, dict[str, list[float]]] = {}
+    for row in rows:
+        paces.setdefault(str(row.get("controller")), {}).setdefault(str(row.get("number")), []).append(_pace(row))
+    return {name: {number: float(np.mean(pace)) for number, pace in of.items()} for name, of in paces.items()}
 
 
 def sorter(results: Results) -> Values:

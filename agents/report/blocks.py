@@ -79,7 +79,7 @@ def makers_from(results: Path) -> dict[str, Maker]:
     return {
         "table": lambda name: _text(name, results),
         "question": lambda name: _question_text(name, results),
-        "answer": lambda name: _answered_question(name, results)[1],
+        "answer": lambda name: _answer_text(name, results),
     }
 
 
@@ -104,8 +104,15 @@ def _question_text(name: str, results: Path) -> str:
     # Files of results with one page of tables; the papers of a reproduction have a page each.
     pages = {page for page in question.chapters if (results / "tables" / f"{page}.md").is_file()}
     tables = tables_line({page: title for page, title in question.chapters.items() if page in pages})
-    lines = [f"# {question.title}", picture, f"{answer} `{question.command}` makes these numbers.", tables]
+    numbers = f"{answer} `{question.command}` makes these numbers."
+    lines = [f"# {question.title}", picture, numbers, question.older(results), tables]
     return "\n\n".join(line for line in lines if line)
+
+
+def _answer_text(name: str, results: Path) -> str:
+    """The answer to a question, and from which world it is where that is an older one."""
+    question, answer = _answered_question(name, results)
+    return " ".join(line for line in (answer, question.older(results)) if line)
 
 
 def _answered_question(name: str, results: Path) -> tuple[Question, str]:

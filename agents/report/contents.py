@@ -7,6 +7,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from pnt_gym.constants import WORLD
+
 from ..ground.files import read_json
 from ..reproduce import record
 from ..results import compare, content, study
@@ -26,6 +28,11 @@ def read(path: Path, *, trust: bool = False) -> Any:
         UsageError: the file is missing, too large, or not JSON; or it shows other figures than its throws give.
     """
     return _read(path, trust, (_stamp(path), _stamp(folder_of(path) / ROWS)))
+
+
+def older(world: int) -> str:
+    """Sentence on results that were measured in a world; empty for the world that is simulated now."""
+    return f"Measured in world {world}; `pnt_gym` simulates world {WORLD}, see CHANGELOG." if world < WORLD else ""
 
 
 def _stamp(path: Path) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from ..ground.metrics import wilson
@@ -12,39 +12,67 @@ from . import tables
 from .tables import first_level, who
 
 Data = Mapping[str, Any]
-SHOWN: Final[Mapping[str, str]] = {
-    "analytic": "analytic planner",
-    "virtual_goal": "virtual goal (iterative learning)",
-    "ridge": "ridge regression",
-    "sac": "SAC (reinforcement learning)",
-    "oracle": "oracle: simulates each throw first",
-}
-"""Controllers of the short table, each after the most throws that it has learned from."""
-LEARNERS: Final = ("virtual_goal", "ridge", "mlp", "sac")
+FITTED: Final = "fitted_planner"
+"""The planner that fits the cell to a log of its throws."""
+LOGGED: Final = 40
+"""Throws of a usual log, after which the short table shows the fitted planner, and a learner beside it."""
+
+
+class Shown(NamedTuple):
+    """A row of the short table.
+
+    Attributes:
+        label: the controller.
+        throws: number of throws that it has learned from; None for the most.
+        name: its name for people.
+    """
+
+    label: str
+    throws: int | None
+    name: str
+
+
+SHOWN: Final = (
+    Shown("analytic", None, "analytic planner"),
+    Shown(FITTED, LOGGED, "the same planner, fitted to a log of its throws"),
+    Shown("ridge", LOGGED, "ridge regression"),
+    Shown("virtual_goal", None, "virtual goal (iterative learning)"),
+    Shown("ridge", None, "ridge regression"),
+    Shown("sac", None, "SAC (reinforcement learning)"),
+    Shown("oracle", None, "oracle: simulates each throw first"),
+)
+"""Rows of the short table; one that the results do not have is left out."""
+LEARNERS: Final = ("virtual_goal", "ridge", "mlp", "sac", FITTED)
 """Controllers whose curves are drawn."""
 LEVELS: Final = ("analytic", "floor", "oracle")
-"""Controllers that are drawn as levels: where learning begins, what the observation allows, an oracle that aims."""
+"""Controllers that are drawn as levels: where learning begins, a large network after very many throws, an oracle that
+aims."""
 
 
-def _rows(data: Data) -> tuple[str, list[Data]]:
-    """The first level of the plan, and the last row of each controller of the short table on this level."""
+def rows_shown(data: Data) -> tuple[str, list[tuple[Shown, Data]]]:
+    """The first level of the plan, and its rows of the short table."""
     level, rows = first_level(data)
+    of_throws = {(row["label"], row["throws"]): row for row in rows}
     last = {row["label"]: row for row in rows}
-    return level, [last[label] for label in SHOWN if label in last]
+    found = (
+        (shown, last.get(shown.label) if shown.throws is None else of_throws.get((shown.label, shown.throws)))
+        for shown in SHOWN
+    )
+    return level, [(shown, row) for shown, row in found if row is not None]
 
 
 def table(data: Data) -> Grid:
-    """Five controllers on the first level of the plan."""
-    level, shown = _rows(data)
+    """A few controllers on the first level of the plan."""
+    level, shown = rows_shown(data)
     rows = [
         [
-            SHOWN[row["label"]],
+            name,
             f"{row['throws']:,}" if row["throws"] else "-",
             millimetres(row["landing_error_mean_m"]),
             percent(row["success_rate"]),
             f"{row['sorted_per_min']:.1f}",
         ]
-        for row in shown
+        for (_, _, name), row in shown
     ]
     note = (
         f"{data['plan']['picks']} held-out throws per seed on `{data['plan']['env']}`, level `{level}`, "
@@ -55,9 +83,9 @@ def table(data: Data) -> Grid:
 
 
 def failures(data: Data) -> Grid:
-    """What stood between an object and its bin, of the same five controllers on the first level of the plan."""
-    level, rows = _rows(data)
-    return tables.failures({**data, "table": rows}, level)
+    """What stood between an object and its bin, in the same rows on the first level of the plan."""
+    level, shown = rows_shown(data)
+    return tables.failures({**data, "table": [row for _, row in shown]}, level)
 
 
 def figure(data: Data) -> Figure:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, final
 
+from pnt_gym.constants import WORLD
 from pnt_gym.errors import one_sentence
 from pnt_gym.reading import text_of
 
@@ -42,6 +43,7 @@ class Chapter:
         note: what stands under the title.
         name: of the page of its tables.
         source: name of the file of results, without ".json".
+        world: in which its figures were measured.
     """
 
     title: str
@@ -50,6 +52,12 @@ class Chapter:
     note: str = ""
     name: str = ""
     source: str = ""
+    world: int = WORLD
+
+    @property
+    def older(self) -> str:
+        """Sentence on figures of an older world; empty for other figures."""
+        return contents.older(self.world)
 
 
 @final
@@ -109,6 +117,8 @@ def html(parts: Sequence[Section]) -> str:
 def index(parts: Sequence[Section]) -> str:
     """The index as Markdown: each question with its answer, and links to tables where the question has no page."""
     lines = ["# Results", "", OPENING, ""]
+    older = contents.older(min((chapter.world for section in parts for chapter in section.chapters), default=WORLD))
+    lines += [older, ""] if older else []
     for section in parts:
         title = markdown_text(section.title)
         lines += [f"## [{title}]({section.page})" if section.page else f"## {title}", ""]
@@ -128,6 +138,7 @@ def tables(chapter: Chapter, section: Section) -> str:
     """A page of the folder `tables` beside `figures`: every table of a chapter, with a link to its question."""
     lines = [f"# {markdown_text(chapter.title)}", ""]
     lines += [f"These tables belong to [{section.title}](../{section.page})", ""] if section.page else []
+    lines += [chapter.older, ""] if chapter.older else []
     lines += [markdown_text(chapter.note), ""] if chapter.note else []
     for grid in chapter.parts:
         lines += [f"## {markdown_text(grid.headline)}", ""] if grid.headline != chapter.title else []

@@ -11,7 +11,7 @@ from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg, tile
 from ..reproduce.record import AGREES
 from ..results.study import shipped_study
 from . import headline
-from .answers import LOSSES, verdict_counts
+from .answers import LOSSES, controller_paces, verdict_counts
 from .figures import over_the_shift
 from .tables import first_level, name_of
 
@@ -33,7 +33,8 @@ IN_A_ROW: Final = 2
 
 def losses(results: Results) -> Figure:
     """Where the picks of the short table's controllers end on the first level of the benchmark, as stacked bars."""
-    level, rows = headline._rows(results["benchmark"])
+    level, shown = headline.rows_shown(results["benchmark"])
+    rows = [row for _, row in shown]
     shares = {"sorted": "share_sorted", **{text: name for name, text in LOSSES.items()}}
     bars = {text: [100.0 * (row.get(name) or 0.0) for row in rows] for text, name in shares.items()}
     return _stacked([name_of(row) for row in rows], bars, "share of all picks [%]", f"level {level}")
@@ -53,6 +54,14 @@ def reality(results: Results) -> Figure:
         bounds.plot(restitutions, above, "o-", color=colour, label=body)
     dress(bounds, "restitution of the bound", "rises above it [%]", "first impacts", legend="best", ylim=(0.0, 100.0))
     return figure
+
+
+def cells(results: Results) -> Figure:
+    """Sorted objects per minute of each controller where one number of the cell is another."""
+    paces = controller_paces(results["assumed"]["rows"])
+    numbers = list(dict.fromkeys(number for pace in paces.values() for number in pace))
+    pace = {name: [of[number] for number in numbers] for name, of in paces.items()}
+    return _side_by_side(numbers, pace, "sorted per minute")
 
 
 def drift(results: Results) -> Figure:

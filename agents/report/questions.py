@@ -6,8 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple, final
 
+from pnt_gym.constants import WORLD
+
 from ..ground.drawings import Figure
 from ..ground.files import check_form, read_yaml
+from ..ground.versions import world_of
 from . import answers, contents, pays, pictures, templates
 from .templates import NoFigure
 
@@ -22,6 +25,7 @@ VALUES: Final[Mapping[str, Callable[[Results], Mapping[str, Any]]]] = {
     "grasp": answers.grasp,
     "losses": answers.losses,
     "reality": answers.reality,
+    "cells": answers.cells,
     "sorter": answers.sorter,
     "cup": answers.cup,
     "methods": answers.methods,
@@ -35,6 +39,7 @@ DRAWINGS: Final[Mapping[str, Callable[[Results], Figure]]] = {
     "grasp": pictures.grasp,
     "losses": pictures.losses,
     "reality": pictures.reality,
+    "cells": pictures.cells,
     "sorter": pictures.sorter,
     "cup": pictures.cup,
     "flight": pictures.flight,
@@ -76,6 +81,11 @@ class Question(NamedTuple):
         if not all(path.is_file() for path in files.values()):
             return None
         return {name: contents.read(path) for name, path in files.items()}
+
+    def older(self, folder: Path) -> str:
+        """Sentence on sources of an older world in a folder of results; empty for other sources, and without them."""
+        results = self.read(folder) or {}
+        return contents.older(min(map(world_of, results.values()), default=WORLD))
 
     def answered(self, folder: Path) -> str | None:
         """The answer from the results in a folder; None where a source is missing, or of another plan."""

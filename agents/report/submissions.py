@@ -9,8 +9,10 @@ from typing import Any, Final
 import numpy as np
 
 from ..ground import metrics
+from ..ground.cli import UsageError
 from ..ground.files import check_form
 from ..ground.tables import Grid, millimetres, percent
+from ..ground.versions import world_of
 from ..judging.throw_record import ThrowRecord
 from ..results import compare
 from . import contents
@@ -40,7 +42,11 @@ HEADER: Final = (
 
 
 def grid(results: Path) -> Grid:
-    """The table of all submissions in a folder of results; without rows where there are none."""
+    """The table of all submissions in a folder of results; without rows where there are none.
+
+    Raises:
+        UsageError: a submission is damaged, or of another world than the benchmark.
+    """
     files = sorted((results / FOLDER).glob("*.json"))
     if not files or not (results / "benchmark.json").is_file():
         return Grid(TITLE, HEADER, [])
@@ -52,6 +58,12 @@ def grid(results: Path) -> Grid:
         ours = [[level, *_line(row, PROJECT, benchmark, references[level])] for level, row in shown]
     for file in files:
         submission = compare.read(file).data
+        world, known = world_of(submission), world_of(benchmark)
+        if world != known:
+            raise UsageError(
+                f"submission {str(file)!r} was measured in world {world}, and the benchmark in world {known}; results "
+                "of different worlds are not compared"
+            )
         with check_form(file):
             for level, row in _rows(submission, [file.stem]):
                 lines.append([level, *_line(row, submission["by"], submission, references[level])])

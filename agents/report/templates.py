@@ -91,7 +91,7 @@ def count(value: Any) -> str:
 
 
 def pace(parts: Any, least: Any = None) -> Mapping[str, float]:
-    """Sorted picks per minute of parts, each objects sorted and seconds first; or what they are above those of `least`."""
+    """Sorted picks per minute of parts, each objects sorted and seconds first; or their gain over those of `least`."""
     sorted_, seconds = np.array(parts)[:, :2].T
     found = (
         metrics.rate(sorted_, seconds)
@@ -107,7 +107,7 @@ def code(value: Any) -> str:
 
 
 def landing(parts: Any) -> Mapping[str, float]:
-    """Mean landing error [m] of parts, each with the sum of its errors and the number of its landings behind two others."""
+    """Mean landing error [m] of parts, each with the sum of errors and the number of landings behind two others."""
     errors, landings = np.array(parts)[:, 2:].T
     return {name: value / 60.0 for name, value in vars(metrics.rate(errors, landings)).items()}
 

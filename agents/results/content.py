@@ -145,8 +145,8 @@ def is_submission(data: Mapping[str, Any]) -> bool:
 
 
 def other_versions(made_by: Mapping[str, str]) -> dict[str, str]:
-    """Versions here, by name, that a file does not have or has otherwise."""
-    here = versions()
+    """Versions here, by name, that a file does not have or has otherwise; a file without a world is of the first."""
+    here, made_by = versions(), {"world": "1", **made_by}
     names = [name for name in {**made_by, **here} if made_by.get(name) != here.get(name)]
     return {name: here.get(name, "none") for name in names}
 

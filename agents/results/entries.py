@@ -25,7 +25,7 @@ Several = Annotated[int, Field(ge=2)]
 TRAINED = (*RESIDUAL, *MASKED)
 FITTED = (*TRAINED, "mlp", *PRETRAINED)
 """Controllers whose networks torch fits where they learn."""
-LEARNERS = ("virtual_goal", "ridge", "mlp", *TRAINED)
+LEARNERS = ("virtual_goal", "fitted_planner", "ridge", "mlp", *TRAINED)
 LEARNED_BY: Final[Mapping[str, tuple[str, ...]]] = {"mlp": ("torch",), SEARCHED: ("cma",)}
 """Optional libraries by which a controller learns that is no training."""
 EACH: Final = "each"

@@ -233,7 +233,7 @@ def _share(true: int, count: int) -> Figures:
 
 
 def pool(rows: Sequence[Settings]) -> Settings:
-    """Rows as one: each number the mean of theirs, each share that of all their cases, and each list all their entries."""
+    """Rows as one: each number the mean, each share that of all their cases, and each list all their entries."""
     first = rows[0]
     numbers = [name for name, value in first.items() if isinstance(value, float)]
     shares = [name for name, value in first.items() if isinstance(value, Mapping) and "count" in value]
@@ -256,6 +256,7 @@ class StudyFile(BaseModel):
     seed: Annotated[int, Field(ge=0)]
     throws: Count
     digest: Annotated[str, Field(max_length=100)] = ""
+    world: Annotated[int, Field(ge=1)] = 1
     rows: list[dict[str, Any]]
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from agents.controllers import make_controller
 from agents.controllers.protocol import Actions, Controller, Observation, to_action
 from agents.controllers.trackers import Kalman
-from agents.fit.misfit import TESTS
-from agents.fit.parameters import PARAMETERS
-from agents.fit.twins import CELLS, ENV, Twin, judge_fit, study_twin
 from agents.fit.log import ThrowLog
+from agents.fit.misfit import TESTS
+from agents.fit.parameters import PARAMETERS, read_level
+from agents.fit.twins import CELLS, ENV, Twin, judge_fit, study_twin
 from agents.judging.trials import open_trial
 from agents.results.study import Amount, Figures, Settings, share
 from pnt_gym.arrays import Floats
@@ -29,14 +29,15 @@ SETS: Final = 1000
 
 def twins(settings: Settings, amount: Amount) -> list[Figures]:
     """Coverage and error of each parameter, and alarms and forecasts, over the twins of one set."""
-    config = flight_level(settings)
+    config, _ = read_level(settings["level"])
     options = {name: settings[name] for name in ("hidden", "draught", "planned") if name in settings}
     judged, alarms, verdicts = list[dict[str, Any]](), list[dict[str, bool]](), list[dict[str, float]]()
     for seed in seeds(settings, amount):
         cell, fitted, seconds = study_twin(config, seed, LANDINGS, **options)
         judged.append(judge_fit(cell, fitted))
         tests = {finding.name: finding.alarms for finding in fitted.misfit}
-        alarms.append({"any test": not fitted.fits, **{name: tests[name] for name in TESTS}})
+        called = {"any test": not fitted.fits, **{name: tests[name] for name in TESTS}}
+        alarms.append({**called, "blow-off named": fitted.blows})
         verdict = {"fit [s]": seconds}
         if "forecast" in settings:
             verdict |= _forecasts(cell.truth, fitted.level, config, seed, settings["forecast"])
@@ -44,11 +45,6 @@ def twins(settings: Settings, amount: Amount) -> list[Figures]:
     shares = {name: share([alarm[name] for alarm in alarms]) for name in alarms[0]}
     raised = [{"kind": "alarm", "figure": name, "alarms": part} for name, part in shares.items()]
     return [*_posterior_rows(judged), *raised, *mean_rows("verdict", verdicts)]
-
-
-def flight_level(settings: Settings) -> ConveyorConfig:
-    """The level that is known of the cells, with flights alone, as a fit takes it."""
-    return ConveyorConfig.load(settings["level"]).model_copy(update={"fidelity": "flight"})
 
 
 def seeds(settings: Settings, amount: Amount) -> range:
@@ -70,7 +66,8 @@ def _posterior_rows(judged: list[dict[str, Any]]) -> list[Figures]:
     """A row for each parameter, for camera and encoder together, for the delays of items, and for all parameters."""
     names = [parameter.name for parameter in PARAMETERS]
     groups = {name: [twin[name] for twin in judged] for name in (*names, "camera_at_picks")}
-    groups["delays"] = [part for twin in judged for name, part in twin.items() if name.startswith("delay_")]
+    for group, start in {"delays": "delay_", "seals": "seal_"}.items():
+        groups[group] = [part for twin in judged for name, part in twin.items() if name.startswith(start)]
     groups["all parameters"] = [twin[name] for twin in judged for name in names]
     return [
         {
@@ -171,7 +168,7 @@ def landing_errors(log: ThrowLog) -> Floats:
 
 def learners(settings: Settings, amount: Amount) -> list[Figures]:
     """Landing error and success on twins of learners that were trained on three levels, and of corrected policies."""
-    config = flight_level(settings)
+    config, _ = read_level(settings["level"])
     errors, successes = list[dict[str, float]](), list[dict[str, float]]()
     for seed in seeds(settings, amount):
         twin, fitted, _ = study_twin(config, seed, LANDINGS)

@@ -17,7 +17,7 @@ import numpy as np
 from papers.choe.planning.casadi_module import QUIET, load_casadi
 from pnt_gym.arrays import Floats, length
 from pnt_gym.planning.motion.limits import EllipticWorkspace
-from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.planning.motion.rows import Segments
 
 SHORTEST: Final = 1e-3
 LONGEST: Final = 30.0

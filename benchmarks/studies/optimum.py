@@ -19,7 +19,8 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import PlanningError, PntGymError
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import MotionLimits
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.motion.rows import Segments
+from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.straight.frame import Frame
 
 ROUNDING: Final = 1e-9

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from agents.fit.parameters import PARAMETERS
+import numpy as np
+
 from agents.fit.log import COLUMNS
+from agents.fit.parameters import PARAMETERS
 
 from .marks import table
 
@@ -17,7 +19,12 @@ def column_table(_: str) -> str:
 def prior_table(_: str) -> str:
     """A table of the parameters and their priors."""
     rows = [
-        (f"`{p.name}`", p.label, f"x exp(+- {p.sd:g})" if p.is_log else f"+- {p.scale * p.sd:g} {p.unit}")
+        (
+            f"`{p.name}`",
+            p.label,
+            (f"x exp(+- {p.sd:g})" if p.is_log else f"+- {p.scale * p.sd:g} {p.unit}")
+            + (f", at least {p.scale * p.least:g}" if np.isfinite(p.least) else ""),
+        )
         for p in PARAMETERS
     ]
     return table(("parameter", "what it is", "standard deviation of the prior"), rows)

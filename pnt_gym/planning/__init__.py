@@ -15,6 +15,7 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.ballistics import apex, flight_state, flight_time, landing_point
 from pnt_gym.planning.motion.intercept import Intercept, plan_intercept
 from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
+from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.scurve import (
     SCurve,
     accelerate,
@@ -26,7 +27,7 @@ from pnt_gym.planning.motion.scurve import (
     rest_to_rest,
     speed_at,
 )
-from pnt_gym.planning.motion.trajectory import HandPath, JerkTrajectory, PeakRatios, Samples, Segments
+from pnt_gym.planning.motion.trajectory import HandPath, JerkTrajectory, PeakRatios, Samples
 from pnt_gym.planning.reasons import InterceptReason
 from pnt_gym.planning.straight.plan import InfeasibleThrow, Reason, Release, ReleaseBatch
 from pnt_gym.planning.straight.release import plan_release, plan_release_batch, release_at_elevation, release_at_point

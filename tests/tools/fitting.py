@@ -16,7 +16,7 @@ WASTE = ConveyorConfig.load({"base": "waste", "name": "waste", "fidelity": "flig
 QUIET: dict[str, Any] = {
     "spread": {
         "mass": 0.0, "size": 0.0, "size_axis": 0.0, "drag": 0.0, "seal": 0.0, "com_depth": 0.0, "grasp": 0.0,
-        "height": 0.0, "belt_speed": 0.0, "residue_chance": 0.0,
+        "height": 0.0, "belt_speed": 0.0, "residue": 0.0,
     },
     "noise": {"size": 0.0, "mass": 0.0, "seal": 0.0, "yaw": 0.0, "grasp": 0.0},
     "suction": {"jitter": 0.0},

@@ -9,7 +9,8 @@ from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.line import choose, sight
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.choosing import Sight
-from pnt_gym.cells.line.rows import Candidate, Choice, LineState
+from pnt_gym.cells.line.rows import Choice, LineState
+from pnt_gym.planning.motion.kernel import fade
 from pnt_gym.planning.motion.limits import LimitRows
 
 
@@ -24,27 +25,34 @@ def choices_anew(cell: LineCell, by_movers: bool = False) -> LineState:
     look, robot = chooser.sight(state, stream, lines), np.ascontiguousarray(state.robot)
     hand = state.arms["hand"][lines, robot]
     if by_movers:
-        options = _plan_by_movers(chooser, look, robot, hand, stream.objects)
+        options = _plan_by_movers(chooser, look, robot, hand, stream)
     else:
         options = chooser.options(stream.riders, look, robot, hand)
     free = state.arms["free"].copy()
-    choose.write_choices(chooser.tables, state, stream.riders, lines, look.seen, options)
+    choose.write_choices(chooser.tables, state, lines, look.seen, options)
     state.arms["free"] = free
     return state
 
 
-def _plan_by_movers(chooser: Any, look: Sight, robot: Any, hand: Any, objects: Any) -> Any:
+def _plan_by_movers(chooser: Any, look: Sight, robot: Any, hand: Any, stream: Any) -> Any:
     """Options of all kinds of robots, merged in the order of the lines."""
-    tables = chooser.tables
-    candidates = Candidate.empty(look.seen.size * len(tables.sites) * len(tables.settings))
-    candidates = candidates[: sight.list_candidates(tables, look.seen, robot, candidates)]
+    tables, objects, riders = chooser.tables, stream.objects, stream.riders
+    candidates = sight.list_candidates(tables, look.seen, robot)
     kind = chooser._kind_of[robot[candidates["line"]]]
     parts = [
         _plan_kind(chooser, planner, candidates[kind == index], look, hand, objects)
         for index, planner in enumerate(chooser._planners)
     ]
     options = np.concatenate(parts)
-    return options[np.argsort(options["line"], kind="stable")]
+    options = options[np.argsort(options["line"], kind="stable")]
+    # Values and chances, looked up once more.
+    rows, percent, edges = options["line"], tables.chances.percent, tables.chances.edges
+    kind, index = look.seen["kind"][rows, options["place"]], look.seen["index"][rows, options["place"]]
+    setting = np.abs(options["percent"][:, None] - percent).argmin(axis=1)
+    part = np.searchsorted(edges, np.linalg.norm(options["away"], axis=1))
+    options["chance"] = tables.chances.picked[kind] * tables.chances.landed[kind, setting, part]
+    options["value"] = riders["worth"][look.line[rows], index]
+    return options
 
 
 def _plan_kind(chooser: Any, planner: Any, candidates: Any, look: Sight, hand: Any, objects: Any) -> Any:
@@ -77,6 +85,7 @@ def _plan_kind(chooser: Any, planner: Any, candidates: Any, look: Sight, hand: A
         lift=lift,
         wait=meeting.wait[rows],
         leave=lift + (belt.pick_x[1] - pick[:, 0]) / belt.speed,
+        fading=fade(take(LimitRows.t3kr(percent), rows), belt.speed, 0.0).time if belt.tracking else 0.0,
         throwing=motion.stop_time,
         cycle=lift + motion.stop_time,
         stop=motion.stop,

@@ -16,13 +16,14 @@ from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hand import HandCycle
-from pnt_gym.cells.conveyor.movers.straight import StraightMover, ThrowMotion, straight_back
+from pnt_gym.cells.conveyor.movers.straight import StraightMover, ThrowMotion
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.outcome import SimulatedThrows
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.sections import FollowThrough
 from pnt_gym.cells.gripper.action import MODES as TOSS_MODES
 from pnt_gym.cells.one_joint.action import MODES as GOAL_MODES
+from pnt_gym.planning.motion.kernel import go_back
 from pnt_gym.planning.motion.limits import EllipticWorkspace
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.straight.plan import ReleaseBatch
@@ -86,7 +87,7 @@ NO_DELAY = {"valve": 0.0, "tau": 0.0, "jitter": 0.0}
 NO_SPREAD = {
     "mass": 0.0, "size": 0.0, "size_axis": 0.0, "drag": 0.0, "seal": 0.0, "com_depth": 0.0, "grasp": 0.0,
     "height": 0.0, "belt_speed": 0.0, "spin": 0.0, "spin_per_offset": 0.0, "feedforward": 0.0,
-    "residue_chance": 0.0,
+    "residue": 0.0,
 }  # fmt: skip
 
 
@@ -249,5 +250,5 @@ def straight_motion(pick, release, limits, follow):
 
 def straight_cycle(motion, limits, wait, following, clearance):
     """The whole path of straight throws: throw, way back, wait, approach."""
-    back = straight_back(motion.stop, following, wait, limits, clearance)
+    back = go_back(motion.stop, following, wait, limits.arrays(len(wait)), clearance)
     return JerkTrajectory.concatenate(motion.pick, [motion.segments, back])

@@ -17,8 +17,9 @@ from pnt_gym.arrays import Floats, concatenate_records
 from pnt_gym.errors import PlanningError
 from pnt_gym.names import unknown_name
 from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.scurve import accelerate, brake, speed_at
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
 Overlap: TypeAlias = Literal["none", "jerk", "ramp"]
 """Overlap of a move with the previous move: none, one jerk phase, or one whole ramp."""

@@ -17,8 +17,9 @@ from pnt_gym.arrays import Bools, Floats, Ints, finite_points
 from pnt_gym.errors import PlanningError
 from pnt_gym.names import unknown_name
 from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
+from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.scurve import brake_distance, rest_to_rest
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, PeakRatios, Segments
+from pnt_gym.planning.motion.trajectory import JerkTrajectory, PeakRatios
 from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, InfeasibleThrow, Reason, ReleaseBatch
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation
 

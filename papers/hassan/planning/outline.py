@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.motion.rows import Segments
+from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
 from .blend import RELEASE_SEGMENTS, Overlap, begin_times, blend
 

@@ -68,7 +68,7 @@ def complete_item(entry: Mapping[str, Any]) -> dict[str, Any]:
         entry: the keys that the level gives.
 
     Returns:
-        The item's keys; `assumed` names those that the level does not give.
+        The item's keys; `assumed` names those that the level does not give, none of an item that is `like` itself.
 
     Raises:
         ValueError: `like` names no item of the catalogue.
@@ -91,7 +91,8 @@ def complete_item(entry: Mapping[str, Any]) -> dict[str, Any]:
         )
     physical = {key for key, value in values.items() if value != Item.model_fields[key].default} - {"source"}
     assumed = [key for key in Item.model_fields if key in physical | {*OF_ITEM} and key not in given]
-    return {"assumed": tuple(assumed), **values, **given}
+    is_itself = like is not None and like == given.get("name")
+    return {"assumed": () if is_itself else tuple(assumed), **values, **given}
 
 
 def _entries(value: object) -> Sequence[object]:

@@ -49,8 +49,8 @@ class Purpose(IntEnum):
     """How a cell drifts during a shift of picks, and what the sensors measure of the drift."""
     ARRIVAL = 5
     """Where objects lie on a line's belt, and what each is worth."""
-    CONTACT = 6
-    """How an object rebounds and slides, and how fast blown air makes it."""
+    SPREAD = 6
+    """How an object rebounds and slides, how fast blown air makes the object, and how much is left in it."""
     CELL = 7
     """How a cell differs from other cells."""
 

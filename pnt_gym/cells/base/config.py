@@ -109,6 +109,8 @@ class Section(BaseModel):
     """Abstract: part of a config; frozen, and an unknown key is an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+    former: ClassVar[Mapping[str, str]] = {}
+    """Keys of earlier versions, with what replaces them."""
 
     @field_validator("*", mode="before")
     @classmethod

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Final, Literal, Self, TypeVar, final, get_args
+from typing import Annotated, ClassVar, Final, Literal, Self, TypeVar, final, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.config import LONGEST_NAME, Section
 from pnt_gym.cells.base.grip import CUP_RADIUS, SURFACES, Surface
 from pnt_gym.cells.base.zones import MOST_ZONES, PLAIN_LOOK, Look, Waves, Zone
@@ -70,7 +70,7 @@ class Item(Section):
         com_depth: depth of the centre of mass below the top, as a share of the height.
         seal_force: holding force F0 of the suction cup on this surface in N, greater than the weight; None where no cup
             holds the item.
-        container: whether the item may carry a residue.
+        residue: mean residue of content in the item, in masses of the empty item.
         friction: sliding friction coefficient.
         rolling_friction: longest arm in m at which a contact can oppose rolling (MuJoCo's rolling friction).
         restitution: rebound speed over impact speed, 0 to 1.
@@ -93,6 +93,7 @@ class Item(Section):
     """
 
     model_config = ConfigDict(allow_inf_nan=False)
+    former: ClassVar[Mapping[str, str]] = {"container": "give the mean `residue` of the item instead"}
 
     name: Annotated[str, StringConstraints(max_length=LONGEST_NAME), AfterValidator(_check_item_name)]
     shape: Shape
@@ -101,7 +102,7 @@ class Item(Section):
     drag: float = Field(gt=0.0, le=3.0)
     com_depth: float = Field(default=0.5, gt=0.0, lt=1.0)
     seal_force: float | None = Field(default=None, gt=0.0, le=200.0)
-    container: bool = False
+    residue: float = Field(default=0.0, ge=0.0, le=10.0)
     friction: float = Field(gt=0.0, le=2.0)
     rolling_friction: float = Field(gt=0.0, le=0.1)
     restitution: float = Field(ge=0.0, le=1.0)
@@ -168,7 +169,7 @@ class ItemTable:
         drag: (K,).
         com_depth: (K,) share of the height.
         seal_force: (K,) N; NaN where no cup holds the item.
-        container: (K,) bool.
+        residue: (K,) mean content over the mass of the empty item.
         friction: (K,).
         rolling_friction: (K,) m.
         restitution: (K,) rebound speed over impact speed.
@@ -186,7 +187,7 @@ class ItemTable:
     drag: Floats
     com_depth: Floats
     seal_force: Floats
-    container: Bools
+    residue: Floats
     friction: Floats
     rolling_friction: Floats
     restitution: Floats
@@ -213,14 +214,13 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
         raise ConfigError("0 items given, but a table needs at least 1.")
 
     plain = (
-        "size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction", "restitution", "pick_chance",
-        "clings",
+        "size", "mass", "drag", "com_depth", "seal_force", "residue", "friction", "rolling_friction", "restitution",
+        "pick_chance", "clings",
     )  # fmt: skip
     columns = {name: _read_only(np.array([getattr(i, name) for i in items], dtype=np.float64)) for name in plain}
     return ItemTable(
         names=tuple(i.name for i in items),
         shape=_read_only(np.array([shape_index(i.shape) for i in items], dtype=np.int64)),
-        container=_read_only(np.array([i.container for i in items], dtype=np.bool_)),
         cup_radius=_read_only(np.array([i.fitted_radius for i in items])),
         cup_friction=_read_only(np.array([SURFACES[i.surface].friction for i in items])),
         safety=_read_only(np.array([SURFACES[i.surface].safety for i in items])),

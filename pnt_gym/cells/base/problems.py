@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, TypeAlias, cast, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -41,12 +41,16 @@ def list_problems(subject: str, error: ValidationError, kind: type[BaseModel]) -
 
 
 def _problems(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> Iterator[str]:
-    """A sentence about each unknown key, then about each missing key, then about each value that is not possible."""
+    """A sentence about each unknown or former key, then about each missing key, then about each impossible value."""
     for problem in problems:
         if problem["type"] == "extra_forbidden":
             # An unknown key, with the key that was perhaps meant: one that is spelled alike, or that stands elsewhere.
             place = problem["loc"]
             key, section = str(place[-1]), _section_at(kind, place[:-1])
+            former: Mapping[str, str] = getattr(section, "former", {})
+            if key in former:
+                yield f"key {_text(place)!r} is of an earlier version; {former[key]}"
+                continue
             known = list(section.model_fields) if section else []
             alike = closest_name(key, known)
             hints = (

@@ -16,6 +16,7 @@ from pnt_gym.cells.base.flight import CONTACT_DEPTH, ObjectFlight, Touchdown
 from pnt_gym.cells.base.grip import Hold
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.motion.ballistics import time_to_fall
 from pnt_gym.rows import Bools1, Floats1, Floats2, Floats3, Ints1
 
 # Smallest load in a quotient [N]; the load is negative where the hand falls faster than the object.
@@ -77,13 +78,7 @@ def touchdown(flight: ObjectFlight, plane: Floats1) -> Touchdown:
             if is_open and (comes_down or (flight.any_touch[n, k] and not hand_touch[k])):
                 event, is_open = k, False
         before = max(event - 1, 0)
-        # Time until an object falls by a height [s] after it rises with a speed, as `ballistics.flight_time`.
-        height = position[before, 2] - plane[n]
-        rise = velocity[before, 2]
-        square = rise * rise + 2.0 * GRAVITY * height
-        root = math.sqrt(max(square, 0.0))
-        time = 2.0 * height / (root - rise) if rise < 0.0 and square >= 0.0 else (rise + root) / GRAVITY
-        time = time if square >= 0.0 and time >= 0.0 else math.nan
+        time = time_to_fall(position[before, 2] - plane[n], velocity[before, 2])
         for axis in range(2):
             landing[n, axis] = position[before, axis] + time * velocity[before, axis]
         if not math.isfinite(landing[n, 0]):

@@ -76,7 +76,12 @@ class PickPlanner:
             (config.pick.fails, Purpose.PICK, "pick", uniform),
             (config.classifier.confusion, Purpose.CLASS, "seen", uniform),
             (config.bins.emptied, Purpose.FILL, "fill", uniform),
-            (any((spread.restitution, spread.friction, spread.blow_off)), Purpose.CONTACT, "contact", normal),
+            (
+                any((spread.restitution, spread.friction, spread.blow_off, spread.residue)),
+                Purpose.SPREAD,
+                "spread",
+                normal,
+            ),
         )
         self._side_draws = [effect[1:] for effect in side_effects if effect[0]]
         """Purposes for which the level draws aside, fields of `SideDraws` for these draws, and how they are drawn."""

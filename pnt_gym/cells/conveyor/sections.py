@@ -80,7 +80,10 @@ class Motion(Section):
         default=0.05, description="Height above the next pick from which the hand comes down vertically, Z_off [m]."
     )
     dwell: NonNegative = Field(
-        default=0.10, le=10, description="Time at the pick while the vacuum builds up; counted, not simulated [s]."
+        default=0.10,
+        le=10,
+        description="Time at the pick while the vacuum builds up; counted, not simulated. 30 l/min empty 15 cm3 to "
+        "-0.6 bar in 70 ms (arithmetic) [s].",
     )
     follow_through: FollowThrough = FollowThrough()
     ceiling_slack: NonNegative = Field(
@@ -101,9 +104,15 @@ class Suction(Section):
     seal vents through its leak as well.
     """
 
-    valve: NonNegative = Field(default=0.004, le=1, description="Delay of the valve, assumed [s].")
+    valve: NonNegative = Field(
+        default=0.004, le=1, description="Delay of the valve after its command, assumed; 2 to 14 ms are plausible [s]."
+    )
     tau: NonNegative = Field(
-        default=0.009, le=1, description="Time constant of the vacuum under a tight seal, assumed [s]."
+        default=0.009,
+        le=1,
+        description="Time constant of the vacuum under a tight seal, assumed: no measured figure was found. By "
+        "arithmetic (choked flow through a valve of 3 mm2), a cup with a short hose, 15 cm3 in all, loses 63 % of 0.6 "
+        "bar in 9.5 ms; with 1.5 m of hose of 8 mm, 75 cm3, it takes five times as long [s].",
     )
     leak: NonNegative = Field(default=0.25, description="Strength of the leak's effect on tau, assumed.")
     leak_reference: Positive = Field(default=20.0, description="Seal force above which the seal does not leak [N].")
@@ -164,8 +173,8 @@ class Cup(Section):
     )
     blow_off: Annotated[float, Field(ge=0, le=1)] = Field(
         default=0.0,
-        description="Speed downwards that air blown into the cup gives the object at release, at mismatch 1; 0 to "
-        "0.3 are usual, assumed [m/s].",
+        description="Speed downwards that air blown into the cup gives the object at release, at mismatch 1; valves "
+        "for blowing off are usual in compact ejectors, the speed of 0 to 0.3 m/s is assumed [m/s].",
     )
     fitted: bool = Field(
         default=True,

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from pnt_gym.cells.line.rows import IDLE_TIME, ChanceTable, Choice, LineState, Rider, Seen, Tables
+from pnt_gym.cells.line.rows import IDLE_TIME, ChanceTable, Choice, LineState, Seen, Tables
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.rows import Floats2, Ints1, Rows1, Rows2
 
@@ -60,30 +60,13 @@ def _write_features(tables: Tables, robot: int, seen: Rows1[Seen], places: Float
         choice.reaches = max(window - x, 0.0) / line.speed
 
 
-@kernel_part
-def _score(tables: Tables, seen: Rows1[Seen], riders: Rows1[Rider], choice: Choice) -> float:
-    """Expected value of a planned throw less the price of its time; the value and the chance are written."""
-    kind, table = seen[choice.place].kind, tables.chances
-    choice.chance = float(table.picked[kind] * landing_chance(table, kind, choice))
-    choice.value = riders[choice.index].worth
-    return choice.value * choice.chance - tables.line[0].price * choice.cycle
-
-
 @kernel
-def write_choices(
-    tables: Tables,
-    state: LineState,
-    riders: Rows2[Rider],
-    lines: Ints1,
-    seen: Rows2[Seen],
-    planned: Rows1[Choice],
-) -> Ints1:
+def write_choices(tables: Tables, state: LineState, lines: Ints1, seen: Rows2[Seen], planned: Rows1[Choice]) -> Ints1:
     """Write the best planned throws of some lines to their choices, by expected value less the price of their time.
 
     Args:
         tables: what the level says.
         state: state of the lines; choices are written, and the arms of robots without a choice.
-        riders: objects of all lines (N, M).
         lines: indices of the lines (K,).
         seen: objects in sight (K, W).
         planned: planned throws in the order of the lines (G,).
@@ -97,7 +80,8 @@ def write_choices(
     for k in range(len(lines)):
         n, robot, count = lines[k], state.turns[lines[k]].robot, 0
         while begin < len(planned) and planned[begin].line == k:
-            score = _score(tables, seen[k], riders[n], planned[begin])
+            choice = planned[begin]
+            score = choice.value * choice.chance - tables.line[0].price * choice.cycle
             # Among the best so far the throw goes behind those of the same score.
             if count < most or score > scores[count - 1]:
                 count = min(count + 1, most)
@@ -124,11 +108,3 @@ def write_choices(
             left[lefts] = n
             lefts += 1
     return left[:lefts]
-
-
-@kernel
-def write_values(tables: Tables, riders: Rows2[Rider], lines: Ints1, seen: Rows2[Seen], planned: Rows1[Choice]) -> None:
-    """Write values and chances of planned throws (G,) of some lines (K,), as `write_choices` does."""
-    for g in range(len(planned)):
-        k = planned[g].line
-        _score(tables, seen[k], riders[lines[k]], planned[g])

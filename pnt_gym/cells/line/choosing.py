@@ -10,10 +10,10 @@ from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.line import choose, plan, sight, simulate
+from pnt_gym.cells.line import plan, sight, simulate
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig, distinct_cells
-from pnt_gym.cells.line.rows import Candidate, Choice, LineState, Rider, Seen, Tables
+from pnt_gym.cells.line.rows import Choice, LineState, Rider, Seen, Tables
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.cells.line.tables import make_tables
 from pnt_gym.errors import ConfigError
@@ -61,7 +61,7 @@ class Chooser:
         stations["base"] = 0.0
         tables = self.tables._replace(stations=stations, can_take=np.ones_like(self.tables.can_take))
         line = np.zeros(1, dtype=np.int64)
-        planned = _options(tables, stream.riders, Sight(line, seen), line, self.initial_hand()[None])
+        planned = plan.plan_options(tables, stream.riders, line, seen, line, self.initial_hand()[None])
         if len(planned) == 0:
             raise ConfigError(
                 f"level {self._config.name!r}: no robot can throw an object into its bins; move the bins closer"
@@ -92,21 +92,11 @@ class Chooser:
     def advance(self, stream: Stream, state: LineState, lines: Ints) -> None:
         """Advance some lines, in place, to their next decisions or to the end of their shifts.
 
-        Python only computes the cube roots of short throws.
-
         Raises:
             ConfigError: the robots of a line find nothing that they can take.
         """
-        arrays = self.tables, state, stream.riders
-        while lines.size > 0:
-            has_ended, lines, seen, planned, short = simulate.next_decisions(*arrays, lines, MOST_LOOKS)
-            if not has_ended:
-                raise ConfigError(f"level {self._config.name!r}: the robots find no object that they can take")
-            if lines.size > 0:
-                # The cubes of short throws become their roots.
-                short["top"], short["peak"] = np.cbrt(short["top"]), np.cbrt(short["peak"])
-                plan.finish_short_throws(self.tables, short, planned)
-                lines = choose.write_choices(*arrays, lines, seen, planned)
+        if not simulate.next_decisions(self.tables, state, stream.riders, lines, MOST_LOOKS):
+            raise ConfigError(f"level {self._config.name!r}: the robots find no object that they can take")
 
     def plan_choices(self, robot: Ints, stream: Stream, choices: Rows1[Choice]) -> Context:
         """Picks and throws of choices (N,) of robots (N,), one in each line; arbitrary where not real.
@@ -125,11 +115,7 @@ class Chooser:
 
     def sight(self, state: LineState, stream: Stream, lines: Ints) -> Sight:
         """What camera and encoder know of some lines (K,) now."""
-        ends = np.empty((len(lines), 2), dtype=np.int64)
-        width = sight.find_ends(self.tables, state, stream.riders, lines, ends)
-        seen = Seen.empty(len(lines), max(width, 1))
-        sight.show_objects(self.tables, state, stream.riders, lines, ends, seen)
-        return Sight(lines, seen)
+        return Sight(lines, sight.show_objects(self.tables, state, stream.riders, lines))
 
     def options(self, riders: Rows2[Rider], look: Sight, robot: Ints, hand: Floats) -> Rows1[Choice]:
         """Throws that robots (K,) can plan, with values and chances, in the order of the lines (G,).
@@ -140,30 +126,9 @@ class Chooser:
             robot: the robots (K,).
             hand: places at which their hands stand still, from their bases (K, 3) [m].
         """
-        return _options(self.tables, riders, look, robot, hand)
+        return plan.plan_options(self.tables, riders, look.line, look.seen, robot, hand)
 
     def heirs(self, robot: Ints, kind: Ints) -> Bools:
         """Robots downstream of each robot (C,) that take objects classified as kinds (C,), (C, R)."""
         can_take = self.tables.can_take
         return can_take[:, kind].T & (np.arange(len(can_take)) > robot[:, None])
-
-
-def _options(tables: Tables, riders: Rows2[Rider], look: Sight, robot: Ints, hand: Floats) -> Rows1[Choice]:
-    """Throws that robots (K,) can plan, as `Chooser.options`."""
-    candidates = Candidate.empty(look.seen.size * int(_most_candidates(tables).max()))
-    candidates = candidates[: sight.list_candidates(tables, look.seen, robot, candidates)]
-    meetings = plan.meet_candidates(tables, candidates, look.line, look.seen, hand, riders)
-    planned, short = plan.plan_throws(tables, candidates, look.seen, meetings)
-    # The cubes of short throws become their roots.
-    short["top"], short["peak"] = np.cbrt(short["top"]), np.cbrt(short["peak"])
-    plan.finish_short_throws(tables, short, planned)
-    choose.write_values(tables, riders, look.line, look.seen, planned)
-    return planned
-
-
-def _most_candidates(tables: Tables) -> Ints:
-    """Candidates with one object at most, for each robot (R,)."""
-    stations = tables.stations
-    settings = stations["end_setting"] - stations["first_setting"]
-    ranges = zip(stations["first_site"], stations["end_site"], strict=True)
-    return np.array([tables.accepts[first:end].sum(axis=0).max(initial=0) for first, end in ranges]) * settings

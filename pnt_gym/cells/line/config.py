@@ -16,6 +16,7 @@ from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, Value
+from pnt_gym.constants import WORLD
 from pnt_gym.errors import ConfigError, one_sentence
 from pnt_gym.names import BRIEF, list_names, unknown_name
 
@@ -259,7 +260,7 @@ class LineConfig(LevelConfig):
         for cell in self.cells():
             unconcerned = _UNCONCERNED if cell.bias.applies else {*_UNCONCERNED, "bias"}
             different.add(json.dumps(cell.model_dump(mode="json", exclude=unconcerned), sort_keys=True))
-        return hashlib.sha256("\n".join(sorted(different)).encode()).hexdigest()[:16]
+        return hashlib.sha256("\n".join([f"world {WORLD}", *sorted(different)]).encode()).hexdigest()[:16]
 
     def made_table(self, folder: Path = MADE_TABLES) -> Path:
         """File of the line's table of throws, as commands name the tables that they make."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.line import simulate
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.rows import LineState
+from pnt_gym.cells.line.rows import LineState, Tally, Worth
 from pnt_gym.cells.line.stream import Stream
 
 
@@ -22,32 +22,33 @@ def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: In
     """
     accounts, riders = take(state.accounts, rows), take(stream.riders, rows)
     end = np.minimum(state.clock[rows], config.duration)
-    fates = np.zeros((5, len(rows), len(config.cell.items)), dtype=np.int64)
-    picks, worths = np.zeros((len(rows), len(config.robots)), dtype=np.int64), np.zeros((3, *riders.shape))
-    simulate.count_fates(config.cell.belt.speed * end, config.reach[1], riders, accounts, fates, picks, worths)
-    (in_right, in_wrong, on_floor, passed, tried), minutes = fates, end / 60.0
-    value, arrived_value, passed_value = worths.sum(axis=-1)
-    objects, arrived = fates.sum(axis=-1), fates[:4].sum(axis=0)
+    tallies, worths = Tally.zeros(len(rows), len(config.cell.items)), Worth.zeros(*riders.shape)
+    picks, minutes = np.zeros((len(rows), len(config.robots)), dtype=np.int64), end / 60.0
+    simulate.count_fates(config.cell.belt.speed * end, config.reach[1], riders, accounts, tallies, picks, worths)
+    by_item = {name: tallies[name].copy() for name in Tally.fields}
+    of_all = {name: count.sum(axis=1) for name, count in by_item.items()}
+    value = {name: np.ascontiguousarray(worths[name]).sum(axis=1) for name in Worth.fields}
+    arrived = by_item["in_right"] + by_item["in_wrong"] + by_item["on_floor"] + by_item["passed"]
     return {
-        "shift_value_per_min": value / minutes,
-        "shift_sorted_per_min": objects[0] / minutes,
+        "shift_value_per_min": value["sorted"] / minutes,
+        "shift_sorted_per_min": of_all["in_right"] / minutes,
         "shift_attempts": accounts["attempts"].sum(axis=1),
-        "shift_objects": arrived.sum(axis=-1),
-        "shift_sorted": objects[0],
-        "shift_misplaced": objects[1],
-        "shift_on_floor": objects[2],
-        "shift_passed": objects[3],
-        "shift_recovery": _ratio(objects[0], arrived.sum(axis=-1)),
-        "shift_value_recovery": _ratio(value, arrived_value),
-        "shift_purity": _ratio(objects[0], objects[0] + objects[1]),
-        "shift_recovery_by_item": _ratio(in_right, arrived),
-        "shift_sorted_by_item": in_right,
-        "shift_misplaced_by_item": in_wrong,
-        "shift_on_floor_by_item": on_floor,
-        "shift_passed_by_item": passed,
-        "shift_passed_tried_by_item": tried,
-        "shift_passed_value_per_min": passed_value / minutes,
-        "shift_passed_tried": _ratio(objects[4], objects[3]),
+        "shift_objects": arrived.sum(axis=1),
+        "shift_sorted": of_all["in_right"],
+        "shift_misplaced": of_all["in_wrong"],
+        "shift_on_floor": of_all["on_floor"],
+        "shift_passed": of_all["passed"],
+        "shift_recovery": _ratio(of_all["in_right"], arrived.sum(axis=1)),
+        "shift_value_recovery": _ratio(value["sorted"], value["arrived"]),
+        "shift_purity": _ratio(of_all["in_right"], of_all["in_right"] + of_all["in_wrong"]),
+        "shift_recovery_by_item": _ratio(by_item["in_right"], arrived),
+        "shift_sorted_by_item": by_item["in_right"],
+        "shift_misplaced_by_item": by_item["in_wrong"],
+        "shift_on_floor_by_item": by_item["on_floor"],
+        "shift_passed_by_item": by_item["passed"],
+        "shift_passed_tried_by_item": by_item["tried"],
+        "shift_passed_value_per_min": value["passed"] / minutes,
+        "shift_passed_tried": _ratio(of_all["tried"], of_all["passed"]),
         "shift_picks_by_robot": picks,
         "shift_utilisation": np.minimum(state.arms["busy"][rows] / end[:, None], 1.0),
     }

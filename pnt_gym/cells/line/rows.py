@@ -41,7 +41,6 @@ class LineNumbers(Row):
     """What is the same for all robots and objects of a line."""
 
     speed: float = field("m/s", "speed of the belt")
-    pace: float = field("m/s", "length of the belt's velocity")
     height: float = field("m", "height of the belt")
     rides: bool = field("-", "whether hands ride with the belt")
     sight_low: float = field("m", "upstream end of the sight")
@@ -56,7 +55,7 @@ class LineNumbers(Row):
     dwell: float = field("s", "time in which the cup grips")
     ceiling: float = field("m", "height above the pick that a hand does not leave")
     coast: float = field("s", "time at constant velocity after the release")
-    gravity_share: float = field("-", "share of gravity with which a hand falls while it brakes; NaN without a bound")
+    gravity_share: float = field("-", "share of gravity with which a hand falls while it brakes; 0 without a bound")
     reserve: float = field("m", "displacement of the target with which a throw has to be possible")
     workspace: Quadruple = field("m", "semi-axes along x and y, least and greatest height of the workspace")
 
@@ -99,7 +98,6 @@ class Setting(Row):
     jerk: float = field("m/s3", "limit of the jerk")
     way_acceleration: float = field("m/s2", "acceleration that is left for the way to an object")
     way_jerk: float = field("m/s3", "jerk that is left for the way to an object")
-    descent: float = field("s", "time of the descent to an object")
     least_time: float = field("s", "least time of a way to an object")
     early: float = field("m", "distance ahead of the object at which the way ends")
     behind: float = field("m", "distance from the end of the way to the lift")
@@ -197,6 +195,7 @@ class Choice(Row):
     lift: float = field("s", "time until the object is lifted, dwell included")
     wait: float = field("s", "part of `lift` in which the hand stands still above the belt")
     leave: float = field("s", "time until the object can no longer be lifted")
+    fading: float = field("s", "time from the lift until an empty hand stands still that rides with the belt")
     throwing: float = field("s", "time from the lift until the hand stands still after the throw")
     cycle: float = field("s", "time until the robot is free again")
     stop: Triple = field("m", "place where the hand stops after the throw, from the robot's base")
@@ -206,20 +205,6 @@ class Choice(Row):
     heirs: float = field("-", "robots downstream that can take the object")
     reaches: float = field("s", "time until the object enters the window of the first heir; 0 without an heir")
     queue: float = field("-", "objects between the object and that window that the heir can take")
-
-
-@final
-class Short(Row):
-    """A throw that is over before the hand reaches its limits; its time needs NumPy's cube roots."""
-
-    choice: int = field("-", "index of the planned throw")
-    stroke: float = field("m", "twice the way to the release")
-    speed: float = field("m/s", "speed at the release")
-    jerk: float = field("m/s3", "limit of the jerk")
-    braking: float = field("m/s2", "limit of the acceleration after the release")
-    fading: float = field("s", "time in which the belt's speed fades")
-    top: float = field("m/s", "greatest speed of the stroke; its cube before the roots are drawn")
-    peak: float = field("m/s2", "greatest acceleration of the stroke; its cube before the roots are drawn")
 
 
 @final
@@ -247,6 +232,26 @@ class Outcome(Row):
 
     end: float = field("s", "time at which the robot is free again")
     value: float = field("-", "value brought into a bin; 0 for a throw that ends after the shift")
+
+
+@final
+class Tally(Row):
+    """Objects of one item in a work shift, by their fate, in numbers."""
+
+    in_right: int = field("-", "objects in a bin that takes the item")
+    in_wrong: int = field("-", "objects in another bin")
+    on_floor: int = field("-", "objects in no bin")
+    passed: int = field("-", "objects past the last window")
+    tried: int = field("-", "objects past the last window that a robot has tried to pick")
+
+
+@final
+class Worth(Row):
+    """What one object of a work shift was worth, by its fate; 0 where it has another one."""
+
+    sorted: float = field("-", "value of an object in a bin that takes it")
+    arrived: float = field("-", "value of an object that was lifted or is past the last window")
+    passed: float = field("-", "value of an object past the last window")
 
 
 class ChanceTable(NamedTuple):

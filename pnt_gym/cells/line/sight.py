@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Final
 
+import numpy as np
+
 from pnt_gym.cells.line.rows import (
     IDLE_TIME,
     UNAVAILABLE_X,
@@ -18,8 +20,10 @@ from pnt_gym.cells.line.rows import (
     Seen,
     Tables,
 )
-from pnt_gym.compiled import kernel, kernel_part
-from pnt_gym.rows import Bools1, Ints1, Ints2, Rows1, Rows2
+from pnt_gym.compiled import empty_rows, kernel, kernel_part
+from pnt_gym.rows import Ints1, Rows1, Rows2
+
+SEEN, CANDIDATE = Seen.dtype, Candidate.dtype
 
 LONGEST_PAUSE: Final = 1.0
 """A robot looks again after this time even if nothing is near, since an object that another robot failed to pick comes
@@ -61,12 +65,11 @@ def _down_until(tables: Tables, robot: int, time: float) -> float:
 
 
 @kernel_part
-def _pause(
-    tables: Tables, riders: Rows1[Rider], accounts: Rows1[Account], robot: int, time: float, begin: int, end: int
-) -> float:
+def _pause(tables: Tables, riders: Rows1[Rider], accounts: Rows1[Account], robot: int, time: float) -> float:
     """Time after which a robot looks again [s]; negative where an object that it takes is near."""
     line, base, able = tables.line[0], tables.stations[robot].base, tables.can_take[robot]
     least, ride = UNAVAILABLE_X, line.speed * time
+    begin, end = _range_in_sight(line, riders, time)
     for j in range(begin, end):
         place = riders[j].x + ride - base
         if accounts[j].since <= time and able[riders[j].seen] and place <= line.window_high:
@@ -77,9 +80,7 @@ def _pause(
 
 
 @kernel_part
-def next_turns(
-    tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, has_candidates: Bools1, ends: Ints2
-) -> bool:
+def next_turns(tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1) -> tuple[bool, Ints1]:
     """Advance some lines until their next free robot has an object near it, or the shift is over.
 
     Args:
@@ -87,16 +88,12 @@ def next_turns(
         state: state of the lines; turns and arms are written.
         riders: objects of all lines (N, M).
         lines: indices of the lines (K,).
-        has_candidates: written, whether an object is near the robot (K,); False where the work shift is over.
-        ends: written, the first object in sight and the index after the last one (K, 2).
 
     Returns:
-        Whether every line came to an end within `LOOKS` looks.
+        Whether every line came to an end within `LOOKS` looks, and the lines whose robots have an object near them.
     """
-    line = tables.line[0]
-    for k in range(len(lines)):
-        n = lines[k]
-        has_candidates[k] = False
+    line, seekers, count = tables.line[0], np.empty_like(lines), 0
+    for n in lines:
         for look in range(LOOKS):
             r = 0
             for other in range(1, state.arms.shape[1]):
@@ -111,56 +108,45 @@ def next_turns(
             if until > time:
                 arm.free = until
                 continue
-            ends[k, 0], ends[k, 1] = _range_in_sight(line, riders[n], time)
-            pause = _pause(tables, riders[n], state.accounts[n], r, time, ends[k, 0], ends[k, 1])
+            pause = _pause(tables, riders[n], state.accounts[n], r, time)
             if pause < 0.0:
-                has_candidates[k] = True
+                seekers[count] = n
+                count += 1
                 break
             arm.free += pause
             if look == LOOKS - 1:
-                return False
-    return True
+                return False, seekers[:0]
+    return True, seekers[:count]
 
 
 @kernel
-def find_ends(tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, ends: Ints2) -> int:
-    """Write the ranges of the objects in sight of some lines (K, 2), as `next_turns`; returns the largest number."""
-    most = 0
+def show_objects(tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1) -> Rows2[Seen]:
+    """What camera and encoder know in some lines: the objects in sight, the most downstream first (K, W)."""
+    ends, width = np.empty((len(lines), 2), dtype=np.int64), 1
     for k in range(len(lines)):
         ends[k, 0], ends[k, 1] = _range_in_sight(tables.line[0], riders[lines[k]], state.turns[lines[k]].clock)
-        most = max(most, ends[k, 1] - ends[k, 0])
-    return most
-
-
-@kernel
-def show_objects(
-    tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, ends: Ints2, seen: Rows2[Seen]
-) -> None:
-    """Write what camera and encoder know in some lines (K, W), from the ranges of the objects in sight (K, 2)."""
+        width = max(width, ends[k, 1] - ends[k, 0])
+    seen = empty_rows((len(lines), width), SEEN)
     for k in range(len(lines)):
         n, time = lines[k], state.turns[lines[k]].clock
         ride = tables.line[0].speed * time
-        for j in range(seen.shape[1]):
+        for j in range(width):
             i = min(ends[k, 0] + j, riders.shape[1] - 1)
             is_free = ends[k, 0] + j < ends[k, 1] and state.accounts[n, i].since <= time
             seen[k, j].index, seen[k, j].kind = i, riders[n, i].seen
             seen[k, j].x = riders[n, i].x + ride if is_free else UNAVAILABLE_X
+    return seen
 
 
 @kernel
-def list_candidates(tables: Tables, seen: Rows2[Seen], robots: Ints1, candidates: Rows1[Candidate]) -> int:
-    """Write what robots may throw: objects near them, into each bin that takes the object, at each speed setting.
-
-    Args:
-        tables: what the level says.
-        seen: objects in the sight of K lines (K, W).
-        robots: deciding robots (K,).
-        candidates: written (most,).
-
-    Returns:
-        The number of candidates.
-    """
-    count, line = 0, tables.line[0]
+def list_candidates(tables: Tables, seen: Rows2[Seen], robots: Ints1) -> Rows1[Candidate]:
+    """What robots (K,) may throw: objects near them, into each bin that takes the object, at each speed setting."""
+    most, count, line = 0, 0, tables.line[0]
+    for r in robots:
+        station = tables.stations[r]
+        settings = station.end_setting - station.first_setting
+        most += (station.end_site - station.first_site) * settings * seen.shape[1]
+    candidates = empty_rows(most, CANDIDATE)
     for k in range(seen.shape[0]):
         station, able = tables.stations[robots[k]], tables.can_take[robots[k]]
         for j in range(seen.shape[1]):
@@ -175,7 +161,7 @@ def list_candidates(tables: Tables, seen: Rows2[Seen], robots: Ints1, candidates
                     candidate.line, candidate.place, candidate.x = k, j, place
                     candidate.site, candidate.setting = site, setting
                     count += 1
-    return count
+    return candidates[:count]
 
 
 @kernel_part

@@ -8,12 +8,11 @@ from typing import Final
 import numpy as np
 
 from pnt_gym.cells.line.choose import landing_chance, write_choices
-from pnt_gym.cells.line.plan import fading_time, meet_candidates, plan_throws
+from pnt_gym.cells.line.plan import plan_options
 from pnt_gym.cells.line.rows import (
     IDLE_TIME,
     NOBODY,
     Account,
-    Candidate,
     Choice,
     Fate,
     LineState,
@@ -21,62 +20,22 @@ from pnt_gym.cells.line.rows import (
     Result,
     Rider,
     RobotState,
-    Seen,
-    Short,
     Tables,
+    Tally,
+    Worth,
 )
-from pnt_gym.cells.line.sight import list_candidates, next_turns, show_objects
-from pnt_gym.compiled import empty_rows, kernel, kernel_part
-from pnt_gym.planning.motion.limits import T3KR_ACCELERATION, T3KR_JERK, T3KR_VELOCITY
-from pnt_gym.rows import Floats1, Floats3, Ints1, Ints2, Ints3, Rows1, Rows2
+from pnt_gym.cells.line.sight import next_turns, show_objects
+from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.rows import Floats1, Ints1, Ints2, Rows1, Rows2
 
 STRETCH: Final = float(1000.0 + (np.sqrt(5.0) - 1.0) / 2.0)
 """A uniform draw times this number, modulo 1, is practically independent of the draw."""
-SEEN, CANDIDATE = Seen.dtype, Candidate.dtype
 RIDES, HELD, SORTED, MISPLACED, FLOOR = map(int, Fate)
-# Rows of the counts: in a bin that takes the item, in another bin, on the floor, past the last window, and those of the
-# latter that a robot has tried; and rows of the values: sorted, arrived, past the last window.
-IN_RIGHT, IN_WRONG, ON_FLOOR, PASSED, TRIED = range(5)
-VALUE, ARRIVED_VALUE, PASSED_VALUE = range(3)
-
-
-@kernel_part
-def _most_candidates(tables: Tables, robots: Ints1) -> int:
-    """Candidates with one object at most, for one of some robots."""
-    most = 0
-    for r in robots:
-        station = tables.stations[r]
-        settings = station.end_setting - station.first_setting
-        most = max(most, (station.end_site - station.first_site) * settings)
-    return most
-
-
-@kernel_part
-def _plan_options(
-    tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, ends: Ints2
-) -> tuple[Rows2[Seen], Rows1[Choice], Rows1[Short]]:
-    """What the deciding robots of some lines see, and the throws that they can plan."""
-    count, width = len(lines), 1
-    for k in range(count):
-        width = max(width, ends[k, 1] - ends[k, 0])
-    seen, hands, robots = empty_rows((count, width), SEEN), np.empty((count, 3)), np.empty(count, dtype=np.int64)
-    show_objects(tables, state, riders, lines, ends, seen)
-    for k in range(count):
-        robots[k] = state.turns[lines[k]].robot
-        for axis in range(3):
-            hands[k, axis] = state.arms[lines[k], robots[k]].hand[axis]
-    candidates = empty_rows(_most_candidates(tables, robots) * count * width, CANDIDATE)
-    candidates = candidates[: list_candidates(tables, seen, robots, candidates)]
-    meetings = meet_candidates(tables, candidates, lines, seen, hands, riders)
-    planned, short = plan_throws(tables, candidates, seen, meetings)
-    return seen, planned, short
 
 
 @kernel
-def next_decisions(
-    tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, looks: int
-) -> tuple[bool, Ints1, Rows2[Seen], Rows1[Choice], Rows1[Short]]:
-    """Advance some lines to their next decisions, or to the end of their shifts, or until NumPy's roots are needed.
+def next_decisions(tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, looks: int) -> bool:
+    """Advance some lines to their next decisions, or to the end of their shifts.
 
     Args:
         tables: what the level says.
@@ -86,30 +45,30 @@ def next_decisions(
         looks: looks without a result in a row before a line is declared impossible.
 
     Returns:
-        Whether every line came to an end; and of the lines that wait for the times of short throws: the lines, the
-        objects in sight, the planned throws, and the short ones among them.
+        Whether every line came to an end.
     """
-    seekers = lines
+    has_ended, seekers = False, lines
     for _ in range(looks):
-        has_candidates, ends = np.empty(len(seekers), dtype=np.bool_), np.empty((len(seekers), 2), dtype=np.int64)
-        if not next_turns(tables, state, riders, seekers, has_candidates, ends):
+        has_ended, seekers = next_turns(tables, state, riders, seekers)
+        if not has_ended or len(seekers) == 0:
             break
-        seekers, ends = seekers[has_candidates], ends[has_candidates]
-        seen, planned, short = _plan_options(tables, state, riders, seekers, ends)
-        if len(seekers) == 0 or len(short) > 0:
-            # Remove the choices of lines whose shifts are over; no robot is expected before it is free.
-            for n in lines:
-                if state.turns[n].clock >= tables.line[0].duration:
-                    for c in range(state.choices.shape[1]):
-                        state.choices[n, c].real = False
-                for r in range(state.arms.shape[1]):
-                    arm = state.arms[n, r]
-                    arm.expected = max(arm.expected, arm.free)
-            return True, seekers, seen, planned, short
-        seekers = write_choices(tables, state, riders, seekers, seen, planned)
-    none = lines[:0]
-    seen, planned, short = _plan_options(tables, state, riders, none, np.empty((0, 2), dtype=np.int64))
-    return False, none, seen, planned, short
+        seen, robots = show_objects(tables, state, riders, seekers), np.empty_like(seekers)
+        hands = np.empty((len(seekers), 3))
+        for k in range(len(seekers)):
+            robots[k] = state.turns[seekers[k]].robot
+            for axis in range(3):
+                hands[k, axis] = state.arms[seekers[k], robots[k]].hand[axis]
+        planned = plan_options(tables, riders, seekers, seen, robots, hands)
+        seekers = write_choices(tables, state, seekers, seen, planned)
+    # Remove the choices of lines whose shifts are over; no robot is expected before it is free.
+    for n in lines:
+        if state.turns[n].clock >= tables.line[0].duration:
+            for c in range(state.choices.shape[1]):
+                state.choices[n, c].real = False
+        for r in range(state.arms.shape[1]):
+            arm = state.arms[n, r]
+            arm.expected = max(arm.expected, arm.free)
+    return has_ended and len(seekers) == 0
 
 
 @kernel_part
@@ -162,19 +121,13 @@ def throw_by_table(
 @kernel_part
 def _end_cycle(tables: Tables, choice: Choice, picked: bool, arm: RobotState) -> float:
     """Write the place at which a hand is free after a decision; returns the time until then [s]."""
-    line = tables.line[0]
     for axis in range(3):
         arm.hand[axis] = choice.stop[axis] if picked else choice.pick[axis]
     if picked:
         return choice.cycle
-    if not line.rides:
-        return choice.lift
-    # Time until an empty hand that rides with the belt stands still, as `stop_motion` [s].
-    velocity, peak = T3KR_VELOCITY * choice.percent / 100.0, T3KR_ACCELERATION * choice.percent / 100.0
-    stop_time = fading_time(line.speed, velocity, peak, T3KR_JERK * choice.percent / 100.0)
     # The velocity of the belt fades evenly on average: its way is s T / 2.
-    arm.hand[0] += line.speed * stop_time / 2.0
-    return choice.lift + stop_time
+    arm.hand[0] += tables.line[0].speed * choice.fading / 2.0
+    return choice.lift + choice.fading
 
 
 @kernel
@@ -228,9 +181,9 @@ def count_fates(
     border: float,
     riders: Rows2[Rider],
     accounts: Rows2[Account],
-    fates: Ints3,
+    tallies: Rows2[Tally],
     picks: Ints2,
-    worths: Floats3,
+    worths: Rows2[Worth],
 ) -> None:
     """Count the objects of the work shifts of K lines by fate and item, and by robot.
 
@@ -239,26 +192,26 @@ def count_fates(
         border: downstream end of the last window [m].
         riders: the objects (K, M).
         accounts: books of the objects (K, M).
-        fates: written to zeros, numbers of objects by the rows above (5, K, items).
+        tallies: written to zeros, numbers of objects by item (K, items).
         picks: written to zeros, objects that each robot took and does not hold (K, R).
-        worths: written to zeros, values of the objects by the rows above, 0 for the other objects (3, K, M).
+        worths: written to zeros, values of the objects (K, M).
     """
     for k in range(len(way)):
         for i in range(riders.shape[1]):
-            account, kind, worth = accounts[k, i], riders[k, i].kind, riders[k, i].worth
+            account, tally, worth = accounts[k, i], tallies[k, riders[k, i].kind], worths[k, i]
             if account.taker >= 0 and account.fate != HELD:
                 picks[k, account.taker] += 1
             if account.fate == HELD or (account.fate == RIDES and not riders[k, i].x + way[k] > border):
                 continue
-            worths[ARRIVED_VALUE, k, i] = worth
+            worth.arrived = riders[k, i].worth
             if account.fate == SORTED:
-                fates[IN_RIGHT, k, kind] += 1
-                worths[VALUE, k, i] = worth
+                tally.in_right += 1
+                worth.sorted = worth.arrived
             elif account.fate == MISPLACED:
-                fates[IN_WRONG, k, kind] += 1
+                tally.in_wrong += 1
             elif account.fate == FLOOR:
-                fates[ON_FLOOR, k, kind] += 1
+                tally.on_floor += 1
             else:
-                fates[PASSED, k, kind] += 1
-                worths[PASSED_VALUE, k, i] = worth
-                fates[TRIED, k, kind] += account.attempts > 0
+                tally.passed += 1
+                worth.passed = worth.arrived
+                tally.tried += account.attempts > 0

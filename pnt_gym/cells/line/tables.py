@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pnt_gym.arrays import Ints, concatenate_records, length
+from pnt_gym.arrays import Ints, concatenate_records
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.line import plan
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.rows import Choice, LineNumbers, Setting, Site, Standstill, Station, Tables
+from pnt_gym.planning.motion.kernel import fade
 from pnt_gym.planning.motion.limits import LimitRows
-from pnt_gym.planning.motion.riding import Fading, arrival_time
+from pnt_gym.planning.motion.riding import arrival_time
 from pnt_gym.rows import Rows1
 
 
@@ -61,7 +61,6 @@ def _line_row(config: LineConfig, planner: PickPlanner) -> Rows1[LineNumbers]:
     return LineNumbers.zeros(
         1,
         speed=belt.speed,
-        pace=length(np.array([belt.speed, 0.0, 0.0])),
         height=belt.height,
         rides=belt.tracking,
         sight_low=upstream,
@@ -76,7 +75,7 @@ def _line_row(config: LineConfig, planner: PickPlanner) -> Rows1[LineNumbers]:
         dwell=motion.dwell,
         ceiling=motion.ceiling,
         coast=motion.follow_through.window,
-        gravity_share=np.nan if share is None else share,
+        gravity_share=share or 0.0,
         reserve=motion.reserve,
         workspace=[space.semi_x, space.semi_y, space.z_min, space.z_max],
     )
@@ -90,11 +89,11 @@ def _settings(kind: ConveyorConfig) -> Rows1[Setting]:
     if belt.tracking:
         # The way of the hand ends upstream of the object, where the hand begins to ride.
         arrival = arrival_time(limits, belt.speed, motion.clearance)
-        way = Fading(belt.speed, np.zeros(len(limits.velocity)) + arrival).planning_limits(limits)
+        way = fade(limits, belt.speed, arrival).left
         least_time, early = arrival, belt.speed * arrival / 2.0
         behind = belt.speed * (arrival / 2.0 + motion.dwell)
     low, high = kind.lift_x
-    settings = Setting.zeros(
+    return Setting.zeros(
         len(limits.velocity),
         percent=kind.limits.percent,
         velocity=limits.velocity,
@@ -108,5 +107,3 @@ def _settings(kind: ConveyorConfig) -> Rows1[Setting]:
         low=low - behind,
         high=high - behind,
     )
-    plan.write_descents(motion.clearance, settings)
-    return settings

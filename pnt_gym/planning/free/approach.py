@@ -14,8 +14,8 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
+from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.scurve import brake_distance
-from pnt_gym.planning.motion.trajectory import Segments
 
 SPEEDING: Final = 0.998
 """Greatest speed where two motions meet, as a share of the limit: at the limit itself a motion cannot turn."""

@@ -13,8 +13,8 @@ from pnt_gym.planning.free.approach import Entry, approach_entry
 from pnt_gym.planning.free.release import clearing_time
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import Limits
+from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.scurve import rest_to_rest
-from pnt_gym.planning.motion.trajectory import Segments
 from pnt_gym.planning.motion.transfer import Band, Transfers, fast_transfer
 
 ROOM: Final = 0.002

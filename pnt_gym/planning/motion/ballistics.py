@@ -2,17 +2,41 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats, numbers, tuples
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import AIR_DENSITY, GRAVITY
+from pnt_gym.rows import Floats1
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _SHARES: Final[Floats] = (_NODES + 1.0) / 2.0
 """Gauss-Legendre nodes of the drag's time integral, as shares of the flight time."""
+
+
+@kernel_part
+def time_to_fall(drop: float, rise: float) -> float:
+    """Time until an object comes down by a height after its release with an upward speed [s] (Eq. 9); NaN for never."""
+    square = rise * rise + 2.0 * GRAVITY * drop
+    if not square >= 0.0:
+        return math.nan
+    root = math.sqrt(square)
+    # For a downward release the printed sum cancels; the conjugate form does not.
+    time = 2.0 * drop / (root - rise) if rise < 0.0 else (rise + root) / GRAVITY
+    return time if time >= 0.0 else math.nan
+
+
+@kernel
+def times_to_fall(drop: Floats1, rise: Floats1) -> Floats1:
+    """Compute the times (N,) [s] until objects come down by heights (N,) [m] after releases with speeds (N,) [m/s]."""
+    time = np.empty(len(drop))
+    for row in range(len(time)):
+        time[row] = time_to_fall(drop[row], rise[row])
+    return time
 
 
 def flight_time(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) -> Floats:
@@ -29,14 +53,9 @@ def flight_time(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) ->
     """
     drop = tuples(position, "position")[..., 2] - numbers(plane_z, "plane_z")
     rise = tuples(velocity, "velocity")[..., 2]
-    square = rise * rise + 2.0 * GRAVITY * drop
-    root = np.sqrt(np.maximum(square, 0.0))
-    # For a downward release the printed sum cancels; the conjugate form does not.
-    falling = (rise < 0.0) & (square >= 0.0)
-    denominator = np.where(falling, root - rise, 1.0)
-    time = np.where(falling, 2.0 * drop / denominator, (rise + root) / GRAVITY)
-    reached = (square >= 0.0) & (time >= 0.0)
-    return np.where(reached, time, np.nan)
+    shape = np.broadcast_shapes(drop.shape, rise.shape)
+    drops, rises = (np.array(np.broadcast_to(values, shape)).ravel() for values in (drop, rise))
+    return times_to_fall(drops, rises).reshape(shape)
 
 
 def flight_state(position: ArrayLike, velocity: ArrayLike, time: ArrayLike) -> tuple[Floats, Floats]:

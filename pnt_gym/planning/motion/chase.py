@@ -1,8 +1,7 @@
 """Earliest time at which a hand meets a moving object. Compiled; see `pnt_gym.compiled`.
 
 The hand moves from rest to rest to the point above the object's place at time t, then down: the hand is late at t when
-both moves together take longer than t. Speeds, peaks and times of a stroke are those of `planning.motion.scurve`,
-operation by operation.
+both moves together take longer than t.
 
 Where a hand is late is known almost everywhere without trying. Let T(d) be the time of a stroke, D that of the descent,
 d(t) the distance at t, and q the object's speed times the largest slope of T on the way. With q below 1 the lateness
@@ -20,7 +19,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
-from pnt_gym.planning.motion.strokes import is_short, stroke_time
+from pnt_gym.planning.motion.strokes import duration, greatest_acceleration, is_short, long_peaks, stroke_time
 from pnt_gym.rows import Floats1, Row, Rows1, Triple, field
 
 # Samples of lateness after the object's closest approach, where lateness may begin and end several times.
@@ -155,10 +154,9 @@ def _load(chase: Chase, block: ChaseBlock, lane: int) -> bool:
     )
     if is_short(distance, velocity, acceleration, jerk):
         return False
-    square = acceleration * acceleration
-    root = math.sqrt(square * square + 4.0 * jerk * jerk * distance * acceleration)
     # T' is 1 / (v + A^2 / 2 J) with a plateau of acceleration and 1 / V at the greatest speed.
-    slope = max(1.0 / (2.0 * jerk * distance * acceleration / (square + root) + 0.5 * square / jerk), 1.0 / velocity)
+    plateau_speed, _ = long_peaks(distance, velocity, acceleration, jerk)
+    slope = max(1.0 / (plateau_speed + 0.5 * acceleration * acceleration / jerk), 1.0 / velocity)
     speed = math.sqrt(chase.belt[0] * chase.belt[0] + chase.belt[1] * chase.belt[1] + chase.belt[2] * chase.belt[2])
     if not speed * slope < STEEPEST:
         return False
@@ -178,16 +176,9 @@ def _lane_lateness(block: ChaseBlock, lane: int, time: float) -> float:
     x = block.x[lane] + time * block.belt_x[lane]
     y = block.y[lane] + time * block.belt_y[lane]
     z = block.z[lane] + time * block.belt_z[lane]
-    distance = math.sqrt(x * x + y * y + z * z)
-    velocity, jerk = block.velocity[lane], block.jerk[lane]
-    acceleration = block.acceleration[lane]
-    square = acceleration * acceleration
-    root = math.sqrt(square * square + 4.0 * jerk * jerk * distance * acceleration)
-    speed = 2.0 * jerk * distance * acceleration / (square + root)
-    speed = speed if speed < velocity else velocity
-    peak, never_flat = math.sqrt(jerk * velocity), jerk * velocity <= square
-    speed, peak = (velocity if never_flat else speed), (peak if never_flat else acceleration)
-    return distance / speed + (speed / peak + peak / jerk) + block.descent[lane] - time
+    distance, jerk = math.sqrt(x * x + y * y + z * z), block.jerk[lane]
+    speed, peak = long_peaks(distance, block.velocity[lane], block.acceleration[lane], jerk)
+    return duration(distance, speed, peak, jerk) + block.descent[lane] - time
 
 
 @kernel_part
@@ -343,6 +334,6 @@ def search_end(offset: float, speed: float, limits: tuple[float, float, float], 
     velocity, acceleration, jerk = limits
     if not speed < velocity:
         return math.inf
-    peak = min(math.sqrt(jerk * velocity), acceleration)
+    peak = greatest_acceleration(velocity, acceleration, jerk)
     latest = offset / velocity + 2.0 * (velocity / peak + peak / jerk) + descent
     return 1.001 * latest / (1.0 - speed / velocity)

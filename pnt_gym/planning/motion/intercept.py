@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Floats, finite_points, finite_rows, number, numbers
 from pnt_gym.errors import PlanningError, one_sentence
 from pnt_gym.planning.motion import hunt
-from pnt_gym.planning.motion.limits import LimitRows, Limits, limit_rows
+from pnt_gym.planning.motion.limits import Limits, limit_rows
 from pnt_gym.planning.motion.rows import Hunt, Intercept
 
 HORIZON: Final = 30.0
@@ -94,14 +94,3 @@ def _spread(values: ArrayLike, shape: tuple[int, ...], name: str) -> Floats:
     if array.shape not in (shape, shape[1:]):
         raise PlanningError(f"{name} must have shape {shape[1:]} or {shape}, got {array.shape}")
     return np.broadcast_to(array, shape)
-
-
-def meet_on_belt(
-    start: Floats, place: Floats, speed: float, limits: LimitRows, clearance: float, window: tuple[float, float]
-) -> Intercept:
-    """Return the earliest meetings as `plan_intercept`, with objects on a belt that moves along x, unchecked."""
-    belt, (low, high) = np.array([speed, 0.0, 0.0]), window
-    hunts = Hunt.zeros(
-        len(start), hand=start, place=place, belt=belt, clearance=clearance, low=low, high=high, **limits._asdict()
-    )
-    return Intercept(hunt.meet(hunts, 0, HORIZON))

@@ -1,51 +1,69 @@
-"""Paths of piecewise constant jerk: motions along lines, sums, borders of segments, samples. Compiled; see `compiled`.
+"""Motions of piecewise constant jerk, N at a time: strokes and stops along lines, sums, borders of segments, samples.
 
-Motions along lines are those of `scurve` and `riding`, operation by operation. NumPy rounds cube roots in its own way,
-so the cube roots of short strokes (`scurve.cube_roots`) are arguments.
+Compiled; see `pnt_gym.compiled`. The formulas of one stroke, stop or fading are those of `strokes`.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.planning.motion.limits import LimitRows
-from pnt_gym.planning.motion.rows import Knot
-from pnt_gym.planning.motion.strokes import is_short, long_peaks, ramp_times, stop_times
-from pnt_gym.planning.motion.trajectory import Borders, Ends, Lines, Segments, Start
+from pnt_gym.planning.motion.rows import Borders, Fading, Knot, Segments, Start, Stroke
+from pnt_gym.planning.motion.strokes import (
+    fading_time,
+    least_fading,
+    limits_beside,
+    ramp_distance,
+    stop_phases,
+    stroke_phases,
+)
 from pnt_gym.rows import Floats1, Floats2, Floats3, Ints2, Rows1, Rows2
 
-# Numbers of segments: up to a release and half the cruise; window and braking; a move from rest to rest.
-RUN_UP, STOPPING, MOVE = 4, 4, 7
+RUN_UP, STOP, MOVE = 4, 3, 7
+"""Numbers of segments: up to a release and half the cruise; of a stop; of a move from rest to rest."""
+STROKE = Stroke.dtype
+
+
+@kernel_part
+def new_segments(count: int, columns: int) -> Segments:
+    """Segments of N motions whose values are arbitrary."""
+    return Segments(np.empty((count, columns)), np.empty((count, columns, 3)))
 
 
 @kernel
-def add_motions(one: Segments, other: Segments, total: Segments) -> None:
-    """Write the sums of N motions of K segments and N of L segments, with K + L segments."""
-    durations = total.durations
-    for row in range(len(durations)):
-        first, second = np.cumsum(one.durations[row]), np.cumsum(other.durations[row])
+def superpose(first: Segments, second: Segments) -> Segments:
+    """Return the sums of N motions that begin together; a motion that is over goes on without jerk.
+
+    Each sum has the borders of both motions, so K and L segments give K + L segments.
+    """
+    count, columns = first.durations.shape[0], first.durations.shape[1] + second.durations.shape[1]
+    total = new_segments(count, columns)
+    for row in range(count):
+        ends, others = np.cumsum(first.durations[row]), np.cumsum(second.durations[row])
         # Numbers of borders so far, and indices of the segments that hold in the middle between two borders.
         i, j, k, m = 0, 0, 0, 0
         border = 0.0
-        for column in range(durations.shape[1]):
+        for column in range(columns):
             before = border
-            if j == len(second) or (i < len(first) and first[i] <= second[j]):
-                border, i = first[i], i + 1
+            if j == len(others) or (i < len(ends) and ends[i] <= others[j]):
+                border, i = ends[i], i + 1
             else:
-                border, j = second[j], j + 1
-            durations[row, column] = border - before
+                border, j = others[j], j + 1
+            total.durations[row, column] = border - before
             middle = border - 0.5 * (border - before)
-            while k < len(first) and middle > first[k]:
+            while k < len(ends) and middle > ends[k]:
                 k += 1
-            while m < len(second) and middle > second[m]:
+            while m < len(others) and middle > others[m]:
                 m += 1
             for axis in range(3):
-                jerk = one.jerks[row, k, axis] if k < len(first) else 0.0
-                total.jerks[row, column, axis] = jerk + (other.jerks[row, m, axis] if m < len(second) else 0.0)
+                jerk = first.jerks[row, k, axis] if k < len(ends) else 0.0
+                total.jerks[row, column, axis] = jerk + (second.jerks[row, m, axis] if m < len(others) else 0.0)
+    return total
 
 
 @kernel_part
@@ -150,150 +168,131 @@ def sample(table: Rows2[Knot], times: Floats2, position: Floats3, velocity: Floa
 
 
 @kernel_part
-def _vector(numbers: Floats) -> tuple[float, float, float]:
-    return numbers[0], numbers[1], numbers[2]
+def write_run_up(segments: Segments, row: int, first: int, ahead: Floats, distance: float, limits: LimitRows) -> float:
+    """Write the first half of a stroke of twice a distance, from a column on; returns its duration.
+
+    This is the throw motion up to the release (section III-D): jerk up, plateau, jerk down, half the cruise.
+    """
+    velocity, acceleration, jerk = limits.velocity[row], limits.acceleration[row], limits.jerk[row]
+    _, _, ramp, plateau, cruise = stroke_phases(2.0 * distance, velocity, acceleration, jerk)
+    _write_phases(segments, row, first, (ramp, plateau, ramp, 0.5 * cruise), (jerk, 0.0, -jerk, 0.0), ahead)
+    return ramp + plateau + ramp + 0.5 * cruise
 
 
 @kernel_part
-def _limits(limits: LimitRows, row: int) -> tuple[float, float, float]:
-    return limits.velocity[row], limits.acceleration[row], limits.jerk[row]
+def write_stop(
+    segments: Segments, row: int, first: int, ahead: Floats, speed: float, acceleration: float, jerk: float
+) -> float:
+    """Write the quickest stop from a speed, from a column on; returns its duration."""
+    ramp, plateau = stop_phases(speed, acceleration, jerk)
+    _write_phases(segments, row, first, (ramp, plateau, ramp), (-jerk, 0.0, jerk), ahead)
+    return ramp + plateau + ramp
 
 
 @kernel_part
-def _stroke_phases(
-    distance: float, limits: tuple[float, float, float], roots: tuple[float, float]
-) -> tuple[float, float, float]:
-    """Durations of ramp, plateau and cruise of a stroke, as `scurve.scurves`."""
-    speed, peak = roots if is_short(distance, *limits) else long_peaks(distance, *limits)
-    ramp, plateau = ramp_times(speed, peak, limits[2])
-    cruise = max(distance / speed - 2.0 * ramp - plateau, 0.0) if speed > 0.0 else 0.0
-    return ramp, plateau, cruise
-
-
-@kernel_part
-def _write_jerk(jerks: Floats, column: int, jerk: float, direction: tuple[float, float, float]) -> None:
-    """Write the jerk of a segment along a direction."""
-    for axis in range(3):
-        jerks[column, axis] = jerk * direction[axis]
-
-
-@kernel_part
-def _write_move(
-    durations: Floats,
-    jerks: Floats,
-    first: int,
-    way: tuple[float, float, float],
-    limits: tuple[float, float, float],
-    roots: tuple[float, float],
-) -> None:
-    """Write the quickest move along a way as seven segments from a column on, as `scurve.rest_to_rest`."""
+def _write_move(segments: Segments, row: int, first: int, way: tuple[float, float, float], limits: LimitRows) -> None:
+    """Write the quickest move along a way, from a column on."""
+    velocity, acceleration, jerk = limits.velocity[row], limits.acceleration[row], limits.jerk[row]
     distance = math.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
-    ramp, plateau, cruise = _stroke_phases(distance, limits, roots)
+    _, _, ramp, plateau, cruise = stroke_phases(distance, velocity, acceleration, jerk)
     divisor = distance if distance > 0.0 else 1.0
-    direction = way[0] / divisor, way[1] / divisor, way[2] / divisor
-    phases = (ramp, plateau, ramp, cruise, ramp, plateau, ramp)
-    signs = (1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0)
-    for k in range(MOVE):
-        durations[first + k] = phases[k]
-        _write_jerk(jerks, first + k, limits[2] * signs[k], direction)
+    phases, jerks = (ramp, plateau, ramp, cruise, ramp, plateau, ramp), (jerk, 0.0, -jerk, 0.0, -jerk, 0.0, jerk)
+    _write_phases(segments, row, first, phases, jerks, (way[0] / divisor, way[1] / divisor, way[2] / divisor))
 
 
-@kernel
-def write_throws(
-    pick: Floats2,
-    lines: Lines,
-    limits: LimitRows,
-    braking: Floats1,
-    roots: Floats2,
-    window: float,
-    segments: Segments,
-    ends: Ends,
-) -> None:
-    """Write the motions of N hands along lines: up to the release, on at constant velocity, and to a stop.
-
-    Args:
-        pick: first points (N, 3) [m].
-        lines: the lines.
-        limits: limits of the hands.
-        braking: greatest accelerations of the braking (N,) [m/s2].
-        roots: cube roots of strokes of twice the distances (2, N).
-        window: time of constant velocity after the release [s].
-        segments: written, 8 of each motion.
-        ends: written, releases and stops.
-    """
-    for row in range(len(pick)):
-        d, j, ahead = segments.durations[row], segments.jerks[row], _vector(lines.direction[row])
-        jerk, top = limits.jerk[row], lines.speed[row]
-        ramp, plateau, cruise = _stroke_phases(
-            2.0 * lines.distance[row], _limits(limits, row), (roots[0, row], roots[1, row])
-        )
-        d[0], d[1], d[2], d[3], d[4] = ramp, plateau, ramp, cruise * 0.5, window
-        ends.release_time[row] = d[0] + d[1] + d[2] + d[3]
-        ramp, plateau = stop_times(top, braking[row], jerk)
-        d[5], d[6], d[7] = ramp, plateau, ramp
-        ends.stop_time[row] = ends.release_time[row] + window + (d[5] + d[6] + d[7])
-        signs = (1.0, 0.0, -1.0, 0.0, 0.0, -1.0, 0.0, 1.0)
-        for k in range(RUN_UP + STOPPING):
-            _write_jerk(j, k, jerk * signs[k], ahead)
-        run_out = window * top + 0.5 * top * (2.0 * ramp + plateau)
+@kernel_part
+def _write_phases(segments: Segments, row: int, first: int, phases: Any, jerks: Any, ahead: Any) -> None:
+    """Write segments along a direction, from a column on."""
+    for k in range(len(phases)):
+        segments.durations[row, first + k] = phases[k]
         for axis in range(3):
-            ends.stop[row, axis] = pick[row, axis] + ahead[axis] * (lines.distance[row] + run_out)
+            segments.jerks[row, first + k, axis] = jerks[k] * ahead[axis]
 
 
 @kernel
-def write_returns(
-    stop: Floats2, pick: Floats2, wait: Floats1, limits: LimitRows, roots: Floats3, clearance: float, back: Segments
-) -> None:
-    """Write the motions of N hands from rest to above picks, their waits there, and their descents.
+def accelerate(direction: Floats2, distance: Floats1, limits: LimitRows) -> Segments:
+    """Compute first halves of strokes along unit vectors (N, 3) over distances (N,) [m]."""
+    segments = new_segments(len(distance), RUN_UP)
+    for row in range(len(distance)):
+        write_run_up(segments, row, 0, direction[row], distance[row], limits)
+    return segments
 
-    Args:
-        stop: first points (N, 3) [m].
-        pick: picks (N, 3) [m].
-        wait: times at rest above the picks (N,) [s].
-        limits: limits of the hands.
-        roots: cube roots of the moves and of the descents (2, 2, N).
-        clearance: height of the descents [m].
-        back: written, 15 segments of each motion.
-    """
+
+@kernel
+def brake(direction: Floats2, speed: Floats1, limits: LimitRows) -> Segments:
+    """Compute the quickest stops along unit vectors (N, 3) from speeds (N,) [m/s]."""
+    segments = new_segments(len(speed), STOP)
+    for row in range(len(speed)):
+        write_stop(segments, row, 0, direction[row], speed[row], limits.acceleration[row], limits.jerk[row])
+    return segments
+
+
+@kernel
+def brake_distance(speed: Floats1, limits: LimitRows) -> Floats1:
+    """Compute the ways of the quickest stops (N,) [m] from speeds (N,) [m/s]."""
+    way = np.empty(len(speed))
+    for row in range(len(way)):
+        way[row] = ramp_distance(speed[row], limits.acceleration[row], limits.jerk[row])
+    return way
+
+
+@kernel
+def rest_to_rest(way: Floats2, limits: LimitRows) -> Segments:
+    """Compute the quickest moves along ways (N, 3) [m]."""
+    segments = new_segments(len(way), MOVE)
+    for row in range(len(way)):
+        _write_move(segments, row, 0, (way[row, 0], way[row, 1], way[row, 2]), limits)
+    return segments
+
+
+@kernel
+def go_back(stop: Floats2, pick: Floats2, wait: Floats1, limits: LimitRows, clearance: float) -> Segments:
+    """Compute motions from rest at points (N, 3) to rest above picks (N, 3), waits there (N,) [s], and descents [m]."""
+    segments = new_segments(len(stop), MOVE + 1 + MOVE)
     for row in range(len(stop)):
-        rows, durations, jerks = _limits(limits, row), back.durations[row], back.jerks[row]
         x, y = pick[row, 0] - stop[row, 0], pick[row, 1] - stop[row, 1]
-        way = x, y, pick[row, 2] + clearance - stop[row, 2]
-        _write_move(durations, jerks, 0, way, rows, (roots[0, 0, row], roots[1, 0, row]))
-        durations[MOVE] = wait[row]
-        _write_jerk(jerks, MOVE, 0.0, way)
-        down = 0.0, 0.0, -clearance
-        _write_move(durations, jerks, MOVE + 1, down, rows, (roots[0, 1, row], roots[1, 1, row]))
+        _write_move(segments, row, 0, (x, y, pick[row, 2] + clearance - stop[row, 2]), limits)
+        segments.durations[row, MOVE], segments.jerks[row, MOVE] = wait[row], 0.0
+        _write_move(segments, row, MOVE + 1, (0.0, 0.0, -clearance), limits)
+    return segments
 
 
 @kernel
-def fading_times(limits: LimitRows, speed: float, usual_speed: float, share: float, time: Floats1) -> None:
-    """Write the durations (N,) of fadings under limits of N motions, as `riding.Fading.for_limits`."""
-    for row in range(len(time)):
-        velocity, acceleration, jerk = _limits(limits, row)
-        least, growth = 2.0 * speed / (share * acceleration), acceleration / jerk
-        longest = (velocity + speed) / acceleration + growth
-        time[row] = min(longest, max((usual_speed + speed) / acceleration + growth, least))
+def strokes(distance: Floats1, limits: LimitRows) -> Rows1[Stroke]:
+    """Compute the quickest motions over distances (N,) [m]."""
+    rows = empty_rows(len(distance), STROKE)
+    for k in range(len(rows)):
+        row, velocity, acceleration, jerk = rows[k], limits.velocity[k], limits.acceleration[k], limits.jerk[k]
+        speed, peak, ramp, plateau, cruise = stroke_phases(distance[k], velocity, acceleration, jerk)
+        row.speed, row.acceleration, row.ramp, row.plateau, row.cruise = speed, peak, ramp, plateau, cruise
+        row.time = 4.0 * ramp + 2.0 * plateau + cruise
+    return rows
 
 
 @kernel
-def reduce_limits(time: Floats1, speed: float, share: float, limits: LimitRows) -> None:
-    """Reduce limits to those that fadings of durations (N,) leave; `share` is `riding.MOST_SHARE`."""
-    least = 1.0 - share
-    for row in range(len(time)):
-        peak = 2.0 * speed / time[row]
-        acceleration, jerk = limits.acceleration[row], limits.jerk[row]
-        limits.acceleration[row] = max(acceleration - peak, least * acceleration)
-        limits.jerk[row] = max(jerk - 2.0 * peak / time[row], least * jerk)
+def fade(limits: LimitRows, speed: float, time: float) -> Fading:
+    """Compute the fadings of a belt's speed from N hands with limits, in a time [s]; 0 where the limits decide."""
+    count = len(limits.velocity)
+    acceleration, jerk, lead = np.empty(count), np.empty(count), np.zeros((count, 3))
+    fading = Fading(
+        np.empty(count), lead, np.empty(count, dtype=np.bool_), LimitRows(limits.velocity, acceleration, jerk)
+    )
+    for row in range(count):
+        velocity, peak, sharpest = limits.velocity[row], limits.acceleration[row], limits.jerk[row]
+        duration = time if time > 0.0 else fading_time(speed, velocity, peak, sharpest)
+        fading.time[row], lead[row, 0] = duration, speed * duration / 2.0
+        fading.is_possible[row] = duration >= least_fading(speed, peak)
+        acceleration[row], jerk[row] = limits_beside(duration, speed, peak, sharpest)
+    return fading
 
 
 @kernel
-def write_fading(time: Floats1, speed: float, sign: float, segments: Segments) -> None:
-    """Write the growth (sign 1) or fading (-1) of a belt's speed in N durations, as the last two segments."""
-    durations, jerks = segments
-    last = durations.shape[1] - 1
+def grow(time: Floats1, speed: float, columns: int) -> Segments:
+    """Compute the growths of a belt's speed (negative: the fadings) in N durations, as the last two segments."""
+    segments = new_segments(len(time), columns)
     for row in range(len(time)):
-        jerk = 4.0 * sign * speed / (time[row] * time[row])
-        durations[row, last - 1] = durations[row, last] = 0.5 * time[row]
-        jerks[row] = 0.0
-        jerks[row, last - 1, 0], jerks[row, last, 0] = jerk, -jerk
+        jerk = 4.0 * speed / (time[row] * time[row])
+        phases, jerks = (0.5 * time[row], 0.5 * time[row]), (jerk, -jerk)
+        segments.durations[row], segments.jerks[row] = 0.0, 0.0
+        _write_phases(segments, row, columns - 2, phases, jerks, (1.0, 0.0, 0.0))
+    return segments

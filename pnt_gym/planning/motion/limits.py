@@ -9,9 +9,10 @@ from typing import NamedTuple, TypeAlias, cast, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, number, numbers, tuples
+from pnt_gym.arrays import Bools, Floats, in_order, number, numbers, tuples
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.errors import PlanningError, one_sentence
-from pnt_gym.rows import Floats1
+from pnt_gym.rows import Floats1, Floats2
 
 # Full performance of the T3KR robot (Hassan et al. 2022, section IV); the paper's 12 G count 1 G as 10 m/s2.
 T3KR_VELOCITY = 6.0
@@ -98,7 +99,7 @@ class MotionLimits:
         return None
 
     def arrays(self, count: int) -> LimitRows:
-        """Return velocity, acceleration and jerk as contiguous (count,) arrays.
+        """Return velocity, acceleration and jerk as arrays (count,) of their own.
 
         Raises:
             ValueError: if the limits are given per throw and their number is not ``count``.
@@ -106,7 +107,7 @@ class MotionLimits:
         if self.count not in (None, count):
             raise PlanningError(f"the limits hold {self.count} throws but {count} are planned")
         fields = (self.velocity, self.acceleration, self.jerk)
-        return LimitRows(*(np.ascontiguousarray(np.broadcast_to(field, (count,))) for field in fields))
+        return LimitRows(*(np.full(count, field) for field in fields))
 
     def numbers(self) -> tuple[float, float, float]:
         """Return velocity, acceleration and jerk as plain numbers.
@@ -160,6 +161,34 @@ def _check_limit(name: str, value: ArrayLike) -> float | Floats:
     return array
 
 
+class Space(NamedTuple):
+    """An elliptic workspace: semi-axes along x and y, least and greatest height [m]; see `EllipticWorkspace`."""
+
+    semi_x: float
+    semi_y: float
+    z_min: float
+    z_max: float
+
+
+@kernel_part
+def space_margin(x: float, y: float, z: float, space: Space) -> float:
+    """Distance of a point to the border of a workspace [m], as `EllipticWorkspace.margin` explains; NaN gives NaN."""
+    if math.isnan(x + y + z):
+        return math.nan
+    east, north = x / space.semi_x, y / space.semi_y
+    sideways = (1.0 - math.sqrt(east * east + north * north)) * min(space.semi_x, space.semi_y)
+    return min(sideways, z - space.z_min, space.z_max - z)
+
+
+@kernel
+def margins(points: Floats2, space: Space) -> Floats1:
+    """Compute the distances of points (N, 3) to the border of a workspace (N,) [m]."""
+    margin = np.empty(len(points))
+    for row in range(len(margin)):
+        margin[row] = space_margin(points[row, 0], points[row, 1], points[row, 2], space)
+    return margin
+
+
 class LineBounds(NamedTuple):
     """Bounds of release points in the throws' vertical planes, relative to the picks (N,) [m].
 
@@ -203,6 +232,11 @@ class EllipticWorkspace:
         if not number(self.z_min, "z_min") < number(self.z_max, "z_max"):
             raise PlanningError(f"z_min must lie below z_max [m], got {self.z_min} and {self.z_max}")
 
+    @property
+    def space(self) -> Space:
+        """The workspace for compiled functions."""
+        return Space(self.semi_x, self.semi_y, self.z_min, self.z_max)
+
     def contains(self, points: ArrayLike) -> Bools:
         """Return whether points (..., 3) [m] lie inside or on the border, shape (...,)."""
         return self.margin(points) >= 0.0
@@ -214,9 +248,7 @@ class EllipticWorkspace:
         bound of the distance to the ellipse for points inside the ellipse; the sign is exact everywhere.
         """
         places = tuples(points, "points")
-        x, y, z = places[..., 0] / self.semi_x, places[..., 1] / self.semi_y, places[..., 2]
-        sideways = (1.0 - np.sqrt(x * x + y * y)) * min(self.semi_x, self.semi_y)
-        return np.minimum(sideways, np.minimum(z - self.z_min, self.z_max - z))
+        return margins(*in_order(places.reshape(-1, 3)), self.space).reshape(places.shape[:-1])
 
     def line_bounds(self, points: Floats, cosine: Floats, sine: Floats) -> LineBounds:
         """Return the workspace within the vertical half-planes from ``points`` (N, 3) at azimuth (cosine, sine).

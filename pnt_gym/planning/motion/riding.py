@@ -19,81 +19,18 @@ motion has at every time at least the fading's acceleration, so its speed is bel
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Final, Self, final
+from typing import Final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, in_order
-from pnt_gym.planning.motion import kernel
-from pnt_gym.planning.motion.limits import LimitRows, Limits
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.planning.motion.kernel import fade, strokes
+from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.motion.scurve import peaks, stroke_time
-from pnt_gym.planning.motion.trajectory import Segments
 
 DOWNSTREAM: Final = np.array([1.0, 0.0, 0.0])
 """Direction in which belts move."""
-MOST_SHARE: Final = 0.5
-"""Largest share of the acceleration limit that the fading may take."""
-USUAL_SPEED: Final = 2.5
-"""Release speed [m/s] whose run-up time sets the usual fading time: longer fadings would delay the throws."""
 _HALVINGS: Final = 60
-
-
-@final
-@dataclass(frozen=True)
-class Fading:
-    """Fading of the belt's velocity from N hands, or its growth on them."""
-
-    speed: float
-    """Speed of the belt [m/s]."""
-    time: Floats
-    """Duration T of the fading (N,) [s]."""
-
-    @classmethod
-    def for_limits(cls, limits: Limits, count: int, speed: float) -> Self:
-        """Return fadings of a belt's speed [m/s] that do not reduce the speed limit of ``count`` hands."""
-        time = np.empty(count)
-        kernel.fading_times(LimitRows(*in_order(*limits.arrays(count))), speed, USUAL_SPEED, MOST_SHARE, time)
-        return cls(speed, time)
-
-    @property
-    def way(self) -> Floats:
-        """Distance that the fading velocity covers, s T / 2 (N,) [m]."""
-        return self.speed * self.time / 2.0
-
-    @cached_property
-    def lead(self) -> Floats:
-        """Virtual starts relative to the true starts (N, 3) [m]."""
-        return self.way[:, None] * DOWNSTREAM
-
-    def is_possible(self, limits: Limits) -> Bools:
-        """Whether the fading takes no more than `MOST_SHARE` of the limits (N,)."""
-        return self.time >= _shortest_time(self.speed, limits.arrays(len(self.time)).acceleration)
-
-    def planning_limits(self, limits: Limits) -> LimitRows:
-        """Limits that the fading leaves to the planned motions; placeholders where the fading is not possible."""
-        remaining = LimitRows(*np.array(limits.arrays(len(self.time))))
-        kernel.reduce_limits(self.time, self.speed, MOST_SHARE, remaining)
-        return remaining
-
-    def fade_out(self) -> Segments:
-        """Segments of the fading from the belt's speed to rest."""
-        return self._segments(-1.0, 2)
-
-    def fade_in(self, begin: Floats) -> Segments:
-        """Segments of the growth from rest to the belt's speed, beginning at times (N,) [s]."""
-        growth = self._segments(1.0, 3)
-        growth.durations[:, 0] = begin
-        return growth
-
-    def _segments(self, sign: float, count: int) -> Segments:
-        """Segments of which the last two are the growth (sign 1) or the fading (-1)."""
-        rows = len(self.time)
-        segments = Segments(np.empty((rows, count)), np.empty((rows, count, 3)))
-        kernel.write_fading(self.time, self.speed, sign, segments)
-        return segments
 
 
 def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
@@ -109,24 +46,18 @@ def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
         drop: height of a descent from rest to rest that ends every return [m]; 0 where there may be none.
     """
     velocity, acceleration, jerk = limits
-    usual = Fading.for_limits(limits, len(velocity), speed).time.min()
-    height = np.full(len(velocity), drop)
-    slow = np.maximum(peaks(height, *limits)[0], 0.5 * acceleration**2 / jerk) + speed <= velocity
-    stopping = stroke_time(height, *limits) + velocity / acceleration + acceleration / jerk
+    usual = fade(limits, speed, 0.0).time.min()
+    descent = strokes(np.full(len(velocity), drop), limits)
+    slow = np.maximum(descent["speed"], 0.5 * acceleration**2 / jerk) + speed <= velocity
+    stopping = descent["time"] + velocity / acceleration + acceleration / jerk
     return float(max(usual, stopping.min()) if slow.all() else usual)
 
 
 def fastest_belt(limits: LimitRows) -> float:
     """The fastest belt [m/s] with which N hands can ride, if all hands take the shortest of their fading times."""
-    count = len(limits.velocity)
 
     def rides(speed: Floats) -> Bools:
-        time = Fading.for_limits(limits, count, float(speed[0])).time.min()
-        return np.array([Fading(float(speed[0]), np.full(count, time)).is_possible(limits).all()])
+        time = fade(limits, speed.item(), 0.0).time.min()
+        return np.array([fade(limits, speed.item(), time).is_possible.all()])
 
     return float(bisect(rides, np.zeros(1), limits.velocity.max(keepdims=True), _HALVINGS)[0][0])
-
-
-def _shortest_time(speed: float, acceleration: Floats) -> Floats:
-    """Shortest fading times (N,) [s]: the peak 2 s / T equals `MOST_SHARE` of the acceleration limits (N,) [m/s2]."""
-    return 2.0 * speed / (MOST_SHARE * acceleration)

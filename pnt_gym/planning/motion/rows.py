@@ -1,9 +1,75 @@
-"""Rows of motions: a hand and an object that the hand is to meet, their meeting, and a border of a path's segments."""
+"""Rows of motions: segments and borders of paths, strokes, a hand and the object that the hand is to meet."""
 
 from __future__ import annotations
 
-from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.rows import Columns, Row, Triple, field
+from typing import NamedTuple, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, length
+from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.rows import Bools1, Columns, Floats1, Floats2, Floats3, Row, Triple, field
+
+
+@final
+class Segments(NamedTuple):
+    """Consecutive pieces of constant jerk.
+
+    Attributes:
+        durations: (N, K) [s].
+        jerks: (N, K, 3) [m/s3].
+    """
+
+    durations: Floats2
+    jerks: Floats3
+
+    def pad(self, columns: int) -> Segments:
+        """Return the same motions, filled up to ``columns`` segments with segments of no duration."""
+        rows, count = self.durations.shape
+        durations, jerks = np.zeros((rows, columns)), np.zeros((rows, columns, 3))
+        durations[:, :count], jerks[:, :count] = self.durations, self.jerks
+        return Segments(durations, jerks)
+
+    def delay(self, time: Floats) -> Segments:
+        """Return the same motions after a time (N,) [s] without jerk."""
+        durations = np.concatenate([time[:, None], self.durations], axis=1)
+        jerks = np.zeros((*durations.shape, 3))
+        jerks[:, 1:] = self.jerks
+        return Segments(durations, jerks)
+
+    def greatest_acceleration(self) -> Floats:
+        """Return the greatest acceleration (N,) [m/s2] of motions that start without acceleration."""
+        return length(np.cumsum(self.durations[..., None] * self.jerks, axis=1)).max(axis=1)
+
+
+class Start(NamedTuple):
+    """Where N paths begin: position [m], velocity [m/s] and acceleration [m/s2], each (N, 3)."""
+
+    position: Floats2
+    velocity: Floats2
+    acceleration: Floats2
+
+
+class Borders(NamedTuple):
+    """Borders of the K segments of N paths: times (N, K + 1) [s], and the motion there, each (N, K + 1, 3)."""
+
+    time: Floats2
+    position: Floats3
+    velocity: Floats3
+    acceleration: Floats3
+
+
+class Fading(NamedTuple):
+    """Fadings of a belt's velocity from N hands, or its growths on them."""
+
+    time: Floats1
+    """Durations T (N,) [s]."""
+    lead: Floats2
+    """Virtual starts relative to the true starts (N, 3): the ways s T / 2 of the fading velocities [m]."""
+    is_possible: Bools1
+    """Whether the fadings take no more than their share of the limits (N,)."""
+    left: LimitRows
+    """Limits that the fadings leave to the planned motions; placeholders where a fading is not possible."""
 
 
 class Hunt(Row):
@@ -41,3 +107,14 @@ class Knot(Row):
     acceleration: Triple = field("m/s2", "acceleration at the border")
     jerk: Triple = field("m/s3", "jerk from the border on")
     time: float = field("s", "time of the border; the first border's for the row before it")
+
+
+class Stroke(Row):
+    """The quickest motion over a distance, from rest to rest."""
+
+    speed: float = field("m/s", "greatest speed")
+    acceleration: float = field("m/s2", "greatest acceleration")
+    ramp: float = field("s", "duration of each phase of jerk")
+    plateau: float = field("s", "duration of each phase of greatest acceleration")
+    cruise: float = field("s", "duration of the phase at the greatest speed")
+    time: float = field("s", "duration of the motion")

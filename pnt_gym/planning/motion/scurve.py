@@ -7,17 +7,17 @@ acceleration.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Generic, TypeVar, final, overload
+from typing import Any, Generic, TypeVar, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, column, finite_points, length, numbers, of_kind, rows_of_three
+from pnt_gym.arrays import Floats, column, finite_points, in_order, numbers, of_kind, rows_of_three
 from pnt_gym.errors import PlanningError
+from pnt_gym.planning.motion import kernel
 from pnt_gym.planning.motion.limits import LimitRows, Limits, MotionLimits, limit_rows
-from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.planning.motion.rows import Segments
 
-_REST_TO_REST = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 # float for one curve, an (N,) array for a batch.
 ValueT = TypeVar("ValueT", float, Floats)
 
@@ -61,20 +61,20 @@ class SCurve(Generic[ValueT]):
         """Times, and the curve's numbers shaped to broadcast against the times."""
         time = numbers(t, "t")
         columns = [self.distance, self.velocity, self.acceleration, self.jerk, self.duration]
-        arrays = [np.asarray(c, dtype=np.float64) for c in columns]
+        arrays, durations = [np.asarray(c, dtype=np.float64) for c in columns], self.durations
         if np.ndim(self.distance) == 1 and time.ndim > 0:
             count = arrays[0].shape[0]
             if time.ndim > 2 or (time.ndim == 2 and time.shape[0] != count):
                 raise PlanningError(f"times must have shape (), (M,) or ({count}, M), got {time.shape}")
-            arrays = [a[:, None] for a in arrays]
+            arrays, durations = [a[:, None] for a in arrays], durations[:, None]
         shape = np.broadcast_shapes(arrays[0].shape, time.shape)
-        return np.broadcast_to(time, shape), SCurve[Floats](*arrays, durations=self.durations)
+        return np.broadcast_to(time, shape), SCurve[Floats](*arrays, durations=durations)
 
 
 def _first_half(curve: SCurve[Floats], time: Floats) -> tuple[Floats, Floats, Floats]:
     """Position, speed and acceleration at 0 <= time <= T/2, summed over the elapsed parts of the four segments."""
     jerk, peak = curve.jerk, curve.acceleration
-    ramp, plateau = _ramp_times(curve.velocity, peak, jerk)
+    ramp, plateau = curve.durations[..., 0], curve.durations[..., 1]
     # Time that has elapsed in each segment: jerk up, plateau, jerk down, cruise.
     rise = np.minimum(time, ramp)
     flat = np.clip(time - ramp, 0.0, plateau)
@@ -121,17 +121,10 @@ def min_time_scurve(distance: float | Floats, limits: MotionLimits) -> SCurve[fl
 
 def scurves(distance: Floats, limits: LimitRows) -> SCurve[Floats]:
     """Return the minimum-time S-curves over ``distance`` (N,) [m], as `min_time_scurve`."""
-    good = np.isfinite(distance) & (distance >= 0.0)
-    if not good.all():
-        raise PlanningError(f"distance must be finite and not negative [m], got {distance[~good][0]}")
-    velocity, acceleration = peaks(distance, *limits)
-    ramp, plateau = _ramp_times(velocity, acceleration, limits.jerk)
-    moving = velocity > 0.0
-    cruise = distance / np.where(moving, velocity, 1.0) - 2.0 * ramp - plateau
-    cruise = np.where(moving, np.maximum(cruise, 0.0), 0.0)
-    durations = np.stack([ramp, plateau, ramp, cruise, ramp, plateau, ramp], axis=-1)
-    total = 4.0 * ramp + 2.0 * plateau + cruise
-    return SCurve[Floats](distance, velocity, acceleration, limits.jerk, total, durations)
+    strokes: Any = kernel.strokes(_distances(distance), limits).view(np.recarray)
+    ramp, plateau = strokes.ramp, strokes.plateau
+    durations = np.stack([ramp, plateau, ramp, strokes.cruise, ramp, plateau, ramp], axis=-1)
+    return SCurve[Floats](distance, strokes.speed, strokes.acceleration, limits.jerk, strokes.time, durations)
 
 
 @overload
@@ -147,46 +140,6 @@ def speed_at(distance: float | Floats, limits: MotionLimits) -> float | Floats:
     return min_time_scurve(2.0 * numbers(distance, "distance"), limits).velocity
 
 
-def peaks(distance: Floats, velocity: Floats, acceleration: Floats, jerk: Floats) -> tuple[Floats, Floats]:
-    """Return the peak speed V and acceleration A of Algorithm 1; all arguments and results (N,).
-
-    Lines 4-5 and 8-9 of the algorithm are one case here: a stroke too long for lines 2-3 that never needs
-    a plateau of acceleration has V = Vmax, A = sqrt(J Vmax); line 5 is only reached when A = sqrt(J Vmax) is allowed.
-    """
-    short = jerk * jerk * distance <= 2.0 * acceleration * acceleration * acceleration
-    short &= jerk * distance * distance <= 4.0 * velocity * velocity * velocity
-    no_plateau = jerk * velocity <= acceleration * acceleration
-    square = acceleration * acceleration
-    # Line 12, V = (sqrt(A^4 + 4 J^2 P A) - A^2) / (2 J), without the difference of two nearly equal numbers.
-    root = np.sqrt(square * square + 4.0 * jerk * jerk * distance * acceleration)
-    plateau_speed = np.minimum(2.0 * jerk * distance * acceleration / (square + root), velocity)
-    speed = np.where(no_plateau, velocity, plateau_speed)
-    peak = np.where(no_plateau, np.sqrt(jerk * velocity), acceleration)
-    short_speed, short_peak = cube_roots(distance, jerk)
-    return np.where(short, short_speed, speed), np.where(short, short_peak, peak)
-
-
-def cube_roots(distance: Floats, jerk: Floats) -> Floats:
-    """Return peak speed and peak acceleration (2, ...) of strokes that are bounded by their jerk alone."""
-    return np.cbrt(np.array([0.25 * jerk * distance * distance, 0.5 * jerk * jerk * distance]))
-
-
-def stroke_time(distance: Floats, velocity: Floats, acceleration: Floats, jerk: Floats) -> Floats:
-    """Return the minimum time T [s] (Eq. 4) over ``distance`` under the limits; all arguments (N,)."""
-    speed, peak = peaks(distance, velocity, acceleration, jerk)
-    moving = speed > 0.0
-    cruise = distance / np.where(moving, speed, 1.0)
-    ramp = speed / np.where(moving, peak, 1.0) + peak / jerk
-    return np.where(moving, cruise + ramp, 0.0)
-
-
-def _ramp_times(velocity: Floats, acceleration: Floats, jerk: Floats) -> tuple[Floats, Floats]:
-    ramp = acceleration / jerk
-    still = acceleration <= 0.0
-    plateau = velocity / np.where(still, 1.0, acceleration) - ramp
-    return ramp, np.where(still, 0.0, np.maximum(plateau, 0.0))
-
-
 def line_segments(direction: Floats, durations: Floats, jerks: Floats) -> Segments:
     """Return segments along unit vectors ``direction`` (N, 3) with signed jerks (N, K) [m/s3]."""
     return Segments(durations, jerks[:, :, None] * direction[:, None, :])
@@ -195,10 +148,7 @@ def line_segments(direction: Floats, durations: Floats, jerks: Floats) -> Segmen
 def rest_to_rest(displacement: ArrayLike, limits: Limits) -> Segments:
     """Return the minimum-time move along ``displacement`` (N, 3) [m], seven segments."""
     way = finite_points(displacement, "displacement")
-    distance = length(way)
-    curve = scurves(distance, limit_rows(limits, len(distance)))
-    direction = way / np.where(distance > 0.0, distance, 1.0)[:, None]
-    return line_segments(direction, curve.durations, curve.jerk[:, None] * _REST_TO_REST)
+    return kernel.rest_to_rest(*in_order(way), limit_rows(limits, len(way)))
 
 
 def accelerate(direction: ArrayLike, distance: ArrayLike, limits: Limits) -> Segments:
@@ -206,11 +156,9 @@ def accelerate(direction: ArrayLike, distance: ArrayLike, limits: Limits) -> Seg
 
     This is the throw motion up to the release (section III-D): jerk up, plateau, jerk down, half the cruise.
     """
-    way = column(distance, "distance")
-    curve = scurves(2.0 * way, limit_rows(limits, len(way)))
-    durations = curve.durations[:, :4] * np.array([1.0, 1.0, 1.0, 0.5])
+    way = _distances(distance)
     unit = rows_of_three(direction, "direction", len(way))
-    return line_segments(unit, durations, curve.jerk[:, None] * _REST_TO_REST[:4])
+    return kernel.accelerate(*in_order(unit, way), limit_rows(limits, len(way)))
 
 
 def coast(duration: ArrayLike) -> Segments:
@@ -221,23 +169,29 @@ def coast(duration: ArrayLike) -> Segments:
 
 def brake(direction: ArrayLike, speed: ArrayLike, limits: Limits) -> Segments:
     """Return the minimum-time stop from ``speed`` (N,) [m/s] along ``direction`` (N, 3): three segments."""
-    start = column(speed, "speed")
-    rows = limit_rows(limits, len(start))
-    ramp, plateau = _stop_times(start, rows)
-    durations = np.stack([ramp, plateau, ramp], axis=1)
+    start = _speeds(speed)
     unit = rows_of_three(direction, "direction", len(start))
-    return line_segments(unit, durations, rows.jerk[:, None] * _REST_TO_REST[4:])
+    return kernel.brake(*in_order(unit, start), limit_rows(limits, len(start)))
 
 
 def brake_distance(speed: ArrayLike, limits: Limits) -> Floats:
     """Return the distance (N,) [m] of the minimum-time stop from ``speed`` (N,) [m/s]: half speed times duration."""
-    start = column(speed, "speed")
-    ramp, plateau = _stop_times(start, limit_rows(limits, len(start)))
-    return 0.5 * start * (2.0 * ramp + plateau)
+    start = _speeds(speed)
+    return kernel.brake_distance(start, limit_rows(limits, len(start)))
 
 
-def _stop_times(speed: Floats, limits: LimitRows) -> tuple[Floats, Floats]:
-    """Durations of each jerk phase and of the plateau between the two (N,) [s]; NaN where the speed is NaN."""
-    if (speed < 0.0).any():
-        raise PlanningError(f"speed must not be negative [m/s], got {np.nanmin(speed)}")
-    return _ramp_times(speed, np.minimum(np.sqrt(limits.jerk * speed), limits.acceleration), limits.jerk)
+def _distances(distance: ArrayLike) -> Floats:
+    """Distances (N,) [m], of which each is finite and none negative."""
+    (way,) = in_order(column(distance, "distance"))
+    good = np.isfinite(way) & (way >= 0.0)
+    if not good.all():
+        raise PlanningError(f"distance must be finite and not negative [m], got {way[~good][0]}")
+    return way
+
+
+def _speeds(speed: ArrayLike) -> Floats:
+    """Speeds (N,) [m/s], of which none is negative; NaN stays NaN."""
+    (start,) = in_order(column(speed, "speed"))
+    if (start < 0.0).any():
+        raise PlanningError(f"speed must not be negative [m/s], got {np.nanmin(start)}")
+    return start

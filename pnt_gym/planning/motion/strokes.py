@@ -1,21 +1,26 @@
-"""Strokes from rest to rest and stops of one motion, for compiled functions; `scurve` has the same for many motions.
+"""Strokes from rest to rest, stops and fadings of one motion: the formulas, for compiled functions.
 
-Operation by operation as `scurve`, except for cube roots: NumPy rounds these in its own way, the C library in another.
-A function that needs NumPy's bits gets the roots handed in.
+`kernel` computes strokes, stops and fadings of many motions by these functions.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
 
 from pnt_gym.compiled import kernel_part
 
+MOST_SHARE: Final = 0.5
+"""Largest share of the acceleration limit that the fading of a belt's speed may take."""
+USUAL_SPEED: Final = 2.5
+"""Release speed [m/s] whose run-up time sets the usual fading time: longer fadings would delay the throws."""
+
 
 @kernel_part
 def is_short(distance: float, velocity: float, acceleration: float, jerk: float) -> bool:
-    """Whether a stroke is over before acceleration and speed reach their limits."""
+    """Whether a stroke is over before acceleration and speed reach their limits (Algorithm 1, lines 2-3)."""
     return jerk * jerk * distance <= 2.0 * acceleration * acceleration * acceleration and (
         jerk * distance * distance <= 4.0 * velocity * velocity * velocity
     )
@@ -23,41 +28,96 @@ def is_short(distance: float, velocity: float, acceleration: float, jerk: float)
 
 @kernel_part
 def long_peaks(distance: float, velocity: float, acceleration: float, jerk: float) -> tuple[float, float]:
-    """Greatest speed and acceleration of a stroke that is not short, as `scurve.peaks`."""
+    """Greatest speed and acceleration of a stroke that is not short, without branches, for vector instructions.
+
+    Lines 4-5 and 8-9 of the algorithm are one case here: a stroke too long for lines 2-3 that never needs a plateau of
+    acceleration has V = Vmax, A = sqrt(J Vmax); line 5 is only reached when A = sqrt(J Vmax) is allowed.
+    """
     square = acceleration * acceleration
-    if jerk * velocity <= square:
-        return velocity, math.sqrt(jerk * velocity)
+    never_flat = jerk * velocity <= square
+    # Line 12, V = (sqrt(A^4 + 4 J^2 P A) - A^2) / (2 J), without the difference of two nearly equal numbers.
     root = math.sqrt(square * square + 4.0 * jerk * jerk * distance * acceleration)
-    return min(2.0 * jerk * distance * acceleration / (square + root), velocity), acceleration
+    speed = 2.0 * jerk * distance * acceleration / (square + root)
+    speed = speed if speed < velocity else velocity
+    peak = math.sqrt(jerk * velocity)
+    return (velocity if never_flat else speed), (peak if never_flat else acceleration)
 
 
 @kernel_part
-def stroke_time(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
-    """Minimum time over a distance, as `scurve.stroke_time` but for the cube roots of the C library."""
+def peaks(distance: float, velocity: float, acceleration: float, jerk: float) -> tuple[float, float]:
+    """Greatest speed V and acceleration A of a stroke (Hassan et al. 2022, Algorithm 1)."""
     if is_short(distance, velocity, acceleration, jerk):
-        speed, peak = np.cbrt(0.25 * jerk * distance * distance), np.cbrt(0.5 * jerk * jerk * distance)
-    else:
-        speed, peak = long_peaks(distance, velocity, acceleration, jerk)
-    if not speed > 0.0:
-        return 0.0
+        return np.cbrt(0.25 * jerk * distance * distance), np.cbrt(0.5 * jerk * jerk * distance)
+    return long_peaks(distance, velocity, acceleration, jerk)
+
+
+@kernel_part
+def duration(distance: float, speed: float, peak: float, jerk: float) -> float:
+    """Time T = P / V + V / A + A / J of a stroke with given greatest speed and acceleration (Eq. 4)."""
     return distance / speed + (speed / peak + peak / jerk)
 
 
 @kernel_part
-def ramp_times(velocity: float, acceleration: float, jerk: float) -> tuple[float, float]:
-    """Durations of each jerk phase and of the plateau between two of them, as `scurve._ramp_times`."""
-    ramp = acceleration / jerk
-    return ramp, 0.0 if acceleration <= 0.0 else max(velocity / acceleration - ramp, 0.0)
+def stroke_time(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
+    """Minimum time over a distance [s]."""
+    speed, peak = peaks(distance, velocity, acceleration, jerk)
+    return duration(distance, speed, peak, jerk) if speed > 0.0 else 0.0
 
 
 @kernel_part
-def stop_times(speed: float, acceleration: float, jerk: float) -> tuple[float, float]:
+def ramp_times(speed: float, peak: float, jerk: float) -> tuple[float, float]:
+    """Durations of each jerk phase and of the plateau between two of them, from rest to a speed."""
+    ramp = peak / jerk
+    return ramp, 0.0 if peak <= 0.0 else max(speed / peak - ramp, 0.0)
+
+
+@kernel_part
+def stroke_phases(
+    distance: float, velocity: float, acceleration: float, jerk: float
+) -> tuple[float, float, float, float, float]:
+    """Greatest speed and acceleration of a stroke, and durations of its ramps, plateaus and cruise (Eq. 2)."""
+    speed, peak = peaks(distance, velocity, acceleration, jerk)
+    ramp, plateau = ramp_times(speed, peak, jerk)
+    cruise = max(distance / speed - 2.0 * ramp - plateau, 0.0) if speed > 0.0 else 0.0
+    return speed, peak, ramp, plateau, cruise
+
+
+@kernel_part
+def greatest_acceleration(speed: float, acceleration: float, jerk: float) -> float:
+    """Greatest acceleration on the way between rest and a speed."""
+    return min(math.sqrt(jerk * speed), acceleration)
+
+
+@kernel_part
+def stop_phases(speed: float, acceleration: float, jerk: float) -> tuple[float, float]:
     """Durations of each jerk phase and of the plateau of the quickest stop from a speed."""
-    return ramp_times(speed, min(math.sqrt(jerk * speed), acceleration), jerk)
+    return ramp_times(speed, greatest_acceleration(speed, acceleration, jerk), jerk)
 
 
 @kernel_part
-def brake_distance(speed: float, acceleration: float, jerk: float) -> float:
-    """Way of the quickest stop [m], as `scurve.brake_distance`."""
-    ramp, plateau = stop_times(speed, acceleration, jerk)
-    return 0.5 * speed * (2.0 * ramp + plateau)
+def ramp_distance(speed: float, acceleration: float, jerk: float) -> float:
+    """P_S(V) [m], the shortest way between rest and a speed, without acceleration at both ends: the inverse of V_S."""
+    if jerk * speed <= acceleration * acceleration:
+        return speed * math.sqrt(speed / jerk)
+    return 0.5 * speed * (speed / acceleration + acceleration / jerk)
+
+
+@kernel_part
+def least_fading(speed: float, acceleration: float) -> float:
+    """Shortest fading of a belt's speed [s]: the peak 2 s / T equals `MOST_SHARE` of the acceleration limit."""
+    return 2.0 * speed / (MOST_SHARE * acceleration)
+
+
+@kernel_part
+def fading_time(speed: float, velocity: float, acceleration: float, jerk: float) -> float:
+    """Time in which a belt's speed fades from a hand whose speed limit stays as it is [s]; see `riding`."""
+    longest = (velocity + speed) / acceleration + acceleration / jerk
+    usual = (USUAL_SPEED + speed) / acceleration + acceleration / jerk
+    return min(longest, max(usual, least_fading(speed, acceleration)))
+
+
+@kernel_part
+def limits_beside(time: float, speed: float, acceleration: float, jerk: float) -> tuple[float, float]:
+    """Acceleration and jerk that a fading of a belt's speed leaves; placeholders where it is not possible."""
+    peak, least = 2.0 * speed / time, 1.0 - MOST_SHARE
+    return max(acceleration - peak, least * acceleration), max(jerk - 2.0 * peak / time, least * jerk)

@@ -13,84 +13,8 @@ from pnt_gym.arrays import Floats, in_order, length, numbers
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion import kernel
 from pnt_gym.planning.motion.limits import Limits
-from pnt_gym.planning.motion.rows import Knot
-from pnt_gym.rows import Floats1, Floats2, Floats3, Rows
-
-
-@final
-class Segments(NamedTuple):
-    """Consecutive pieces of constant jerk.
-
-    Attributes:
-        durations: (N, K) [s].
-        jerks: (N, K, 3) [m/s3].
-    """
-
-    durations: Floats2
-    jerks: Floats3
-
-    def pad(self, columns: int) -> Segments:
-        """Return the same motions, filled up to ``columns`` segments with segments of no duration."""
-        rows, count = self.durations.shape
-        durations, jerks = np.zeros((rows, columns)), np.zeros((rows, columns, 3))
-        durations[:, :count], jerks[:, :count] = self.durations, self.jerks
-        return Segments(durations, jerks)
-
-    def delay(self, time: Floats) -> Segments:
-        """Return the same motions after a time (N,) [s] without jerk."""
-        durations = np.concatenate([time[:, None], self.durations], axis=1)
-        jerks = np.zeros((*durations.shape, 3))
-        jerks[:, 1:] = self.jerks
-        return Segments(durations, jerks)
-
-    def greatest_acceleration(self) -> Floats:
-        """Return the greatest acceleration (N,) [m/s2] of motions that start without acceleration."""
-        return length(np.cumsum(self.durations[..., None] * self.jerks, axis=1)).max(axis=1)
-
-
-def superpose(first: Segments, second: Segments) -> Segments:
-    """Return the sums of two motions that begin together; a motion that is over goes on without jerk.
-
-    Each sum has the borders of both motions, so ``first`` and ``second`` of K and L segments give K + L segments.
-    """
-    count, columns = len(first.durations), first.durations.shape[1] + second.durations.shape[1]
-    durations, jerks = np.empty((count, columns)), np.empty((count, columns, 3))
-    total = Segments(durations, jerks)
-    kernel.add_motions(Segments(*in_order(*first)), Segments(*in_order(*second)), total)
-    return total
-
-
-class Start(NamedTuple):
-    """Where N paths begin: position [m], velocity [m/s] and acceleration [m/s2], each (N, 3)."""
-
-    position: Floats2
-    velocity: Floats2
-    acceleration: Floats2
-
-
-class Borders(NamedTuple):
-    """Borders of the K segments of N paths: times (N, K + 1) [s], and the motion there, each (N, K + 1, 3)."""
-
-    time: Floats2
-    position: Floats3
-    velocity: Floats3
-    acceleration: Floats3
-
-
-class Lines(NamedTuple):
-    """Lines along which N hands throw: unit vectors (N, 3), ways to the releases (N,) [m], speeds there (N,) [m/s]."""
-
-    direction: Floats2
-    distance: Floats1
-    speed: Floats1
-
-
-class Ends(NamedTuple):
-    """Ends of N throws: times of the releases and of the stops (N,) [s], and points of the stops (N, 3) [m]."""
-
-    release_time: Floats1
-    stop_time: Floats1
-    stop: Floats2
+from pnt_gym.planning.motion.rows import Borders, Knot, Segments, Start
+from pnt_gym.rows import Rows
 
 
 class Samples(NamedTuple):

@@ -12,10 +12,10 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, length, take
+from pnt_gym.planning.motion import kernel
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.reflection import PIECES, SCALES, Band, Problem, matrices, search
-from pnt_gym.planning.motion.scurve import stroke_time
-from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.planning.motion.rows import Segments
 
 __all__ = ["PIECES", "Band", "Transfers", "estimate", "fast_transfer"]
 
@@ -121,5 +121,5 @@ def estimate(way: Floats, before: Floats, after: Floats, limits: LimitRows, drif
     along = remainder[:, 0] * ahead[:, 0] + remainder[:, 1] * ahead[:, 1] + remainder[:, 2] * ahead[:, 2]
     # 0 for a way along the motion, 1 for a way against it: half of one less the cosine.
     against = 0.5 - 0.5 * along / np.maximum(distance * length(ahead), 1e-9)
-    quick = distance / velocity
-    return turn + quick + against * np.maximum(BACKWARD * stroke_time(distance, *limits) - quick, 0.0)
+    quick, still = distance / velocity, kernel.strokes(distance, limits)["time"]
+    return turn + quick + against * np.maximum(BACKWARD * still - quick, 0.0)

@@ -11,7 +11,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import Limits
-from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.paths import arc_kernel
 from pnt_gym.planning.paths.rows import Arc
 

@@ -18,7 +18,8 @@ from typing import NamedTuple
 from pnt_gym.arrays import Floats
 from pnt_gym.compiled import kernel_part
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.straight.crossing import TINY, PlaneThrow, crossing, flight_time, ramp_distance
+from pnt_gym.planning.motion.strokes import ramp_distance
+from pnt_gym.planning.straight.crossing import TINY, PlaneThrow, crossing, flight_time
 
 GRID = 96
 # Slacks of a ceiling that are computed together, in vector instructions.

@@ -26,6 +26,7 @@ import numpy as np
 
 from pnt_gym.compiled import kernel_part
 from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.motion.strokes import ramp_distance
 from pnt_gym.planning.straight.rows import Throw
 
 # Newton steps for the cubic of the jerk-only crossing: its start is within a factor sqrt(2) of the root, from
@@ -68,14 +69,6 @@ def lay_out(throw: Throw) -> tuple[PlaneThrow, float, float]:
     reach = full - throw.tolerance / max(abs(cosine), abs(sine))
     rise = throw.target[2] - throw.pick[2]
     return PlaneThrow(reach, rise, throw.velocity, throw.acceleration, throw.jerk), cosine, sine
-
-
-@kernel_part
-def ramp_distance(speed: float, acceleration: float, jerk: float) -> float:
-    """P_S(V) [m], the shortest way from rest to ``speed`` with no acceleration at its end: the inverse of V_S."""
-    if jerk * speed <= acceleration * acceleration:
-        return speed * math.sqrt(speed / jerk)
-    return 0.5 * speed * (speed / acceleration + acceleration / jerk)
 
 
 @kernel_part

@@ -13,14 +13,18 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.motion.strokes import brake_distance
+from pnt_gym.planning.motion.kernel import RUN_UP, STOP, new_segments, write_run_up, write_stop
+from pnt_gym.planning.motion.limits import LimitRows, Space, space_margin
+from pnt_gym.planning.motion.rows import Segments
+from pnt_gym.planning.motion.strokes import duration, greatest_acceleration, peaks, ramp_distance
 from pnt_gym.planning.straight.bounds import LANES, Box, slope_below_roof, slope_in_bounds
 from pnt_gym.planning.straight.crossing import Line, best_slope, crossing, flight_time, lay_out
 from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, Reason, ReleaseBatch
-from pnt_gym.planning.straight.rows import Space, Stop, StopRules, Throw, ThrowLine
+from pnt_gym.planning.straight.rows import Ends, StopRules, Throw, ThrowLine
 from pnt_gym.rows import Bools1, Floats2, Floats3, Ints1, Rows1
 
 NO_REACH, TOO_HIGH, OUTSIDE, TOO_FLAT = map(int, (Reason.NO_REACH, Reason.CEILING, Reason.WORKSPACE, Reason.ELEVATION))
+SAME_POINT = int(Reason.SAME_POINT)
 
 
 LINE, RELEASE = ThrowLine.dtype, ReleaseBatch.dtype
@@ -70,6 +74,19 @@ def _clear(release: Any) -> None:
 
 
 @kernel_part
+def _write_motion(throw: Throw, distance: float, speed: float, ahead: tuple[float, float, float], release: Any) -> None:
+    """Write the motion to a release at a distance along a unit vector."""
+    peak = greatest_acceleration(speed, throw.acceleration, throw.jerk)
+    release.speed, release.acceleration, release.distance = speed, peak, distance
+    # Half of Eq. 4 over the stroke 2 P_r, which is Eq. 12.
+    release.time = 0.5 * duration(2.0 * distance, speed, peak, throw.jerk)
+    for k in range(3):
+        release.position[k] = throw.pick[k] + distance * ahead[k]
+        release.velocity[k] = speed * ahead[k]
+        release.direction[k] = ahead[k]
+
+
+@kernel_part
 def _write_release(throw: Throw, line: ThrowLine, needs_angles: bool, has_workspace: bool, release: Any) -> None:
     """Write the release of a throw along a line; the reason where the line leads to no throw."""
     plane, cosine, sine = lay_out(throw)
@@ -80,18 +97,11 @@ def _write_release(throw: Throw, line: ThrowLine, needs_angles: bool, has_worksp
         release.reason = TOO_FLAT if plane.reach > MIN_REACH else NO_REACH
         return
     distance, speed = crossing(plane, slope)
-    peak = min(math.sqrt(plane.jerk * speed), plane.acceleration)
-    release.speed, release.acceleration, release.distance, release.flight_time = speed, peak, distance, flight
-    # Half of Eq. 4 over the stroke 2 P_r, which is Eq. 12.
-    release.time = distance / speed + 0.5 * (speed / peak + peak / plane.jerk)
     if needs_angles:
         release.angle, release.azimuth = math.atan(slope), math.atan2(sine, cosine)
     level = 1.0 / math.sqrt(1.0 + slope * slope)
-    direction = (level * cosine, level * sine, level * slope)
-    for k in range(3):
-        release.position[k] = throw.pick[k] + distance * direction[k]
-        release.velocity[k] = speed * direction[k]
-        release.direction[k] = direction[k]
+    release.flight_time = flight
+    _write_motion(throw, distance, speed, (level * cosine, level * sine, level * slope), release)
     roofed = line.moved and (not has_workspace or release.position[2] >= throw.ceiling - CONTACT)
     release.ceiling_active, release.workspace_active = roofed, line.moved and not roofed
 
@@ -115,18 +125,26 @@ def release_rows(
 
 
 @kernel_part
-def is_inside(x: float, y: float, z: float, space: Space) -> bool:
-    """Whether a point lies in a workspace [m]."""
-    east, north = x / space.semi_x, y / space.semi_y
-    return (1.0 - math.sqrt(east * east + north * north)) >= 0.0 and space.z_min <= z <= space.z_max
+def braking_limit(acceleration: float, gravity_share: float, rise: float) -> float:
+    """Limit of the acceleration of a hand that brakes on a line with a given sine of the elevation [m/s2].
+
+    With a share of gravity, the hand accelerates downwards by at most that share of g.
+    """
+    return min(acceleration, gravity_share * GRAVITY / max(rise, 1e-3)) if gravity_share > 0.0 else acceleration
 
 
 @kernel_part
-def _stops_inside(throw: Throw, line: Line, window: float, brake: float, space: Space) -> bool:
-    """Whether the hand of a throw along a line stops inside the workspace, after the window at constant velocity."""
-    way = line.distance + (window * line.speed + brake_distance(line.speed, brake, throw.jerk))
+def stop_distance(release_distance: float, speed: float, window: float, braking: float, jerk: float) -> float:
+    """Way of a hand from its pick to its stop [m], after the window at constant velocity."""
+    return release_distance + (window * speed + ramp_distance(speed, braking, jerk))
+
+
+@kernel_part
+def _stops_inside(throw: Throw, line: Line, window: float, braking: float, space: Space) -> bool:
+    """Whether the hand of a throw along a line stops inside the workspace."""
+    way = stop_distance(line.distance, line.speed, window, braking, throw.jerk)
     x, y, z = throw.pick[0] + line.x * way, throw.pick[1] + line.y * way, throw.pick[2] + line.z * way
-    return is_inside(x, y, z, space)
+    return space_margin(x, y, z, space) >= 0.0
 
 
 @kernel_part
@@ -141,17 +159,25 @@ def _line_at(throw: Throw, slope: float) -> Line:
 
 
 @kernel_part
-def _has_reserve(
-    throw: Throw, slope: float, shift: tuple[float, float], window: float, brake: float, space: Space
+def _is_accepted(
+    throw: Throw, line: Line, slope: float, shift: tuple[float, float], rules: StopRules, space: Space
 ) -> bool:
-    """Whether a throw stops inside the workspace also with its target moved by a shift, back and forth."""
+    """Whether a throw along a line stops inside the workspace, also with its target moved by a shift, back and forth.
+
+    The workspace is convex and the path straight, so the pick and the stop are enough.
+    """
+    if not (line.distance >= 0.0 and space_margin(throw.pick[0], throw.pick[1], throw.pick[2], space) >= 0.0):
+        return False
+    braking = braking_limit(throw.acceleration, rules.gravity_share, line.z)
+    is_good = _stops_inside(throw, line, rules.window, braking, space)
+    if shift[0] == 0.0 and shift[1] == 0.0:
+        return is_good
     x, y = throw.target[0], throw.target[1]
-    is_good = True
     for side in range(2):
         sign = 2.0 * side - 1.0
         throw.target[0], throw.target[1] = x + sign * shift[0], y + sign * shift[1]
-        line = _line_at(throw, slope)
-        is_good = is_good and line.distance >= 0.0 and _stops_inside(throw, line, window, brake, space)
+        moved = _line_at(throw, slope)
+        is_good = is_good and moved.distance >= 0.0 and _stops_inside(throw, moved, rules.window, braking, space)
     throw.target[0], throw.target[1] = x, y
     return is_good
 
@@ -160,62 +186,43 @@ def _has_reserve(
 def keep_stops_inside(
     throws: Rows1[Throw],
     releases: Rows1[ReleaseBatch],
-    stops: Rows1[Stop],
-    has_shifts: bool,
-    window: float,
+    shifts: Floats2,
+    rules: StopRules,
     space: Space,
-    good: Bools1,
-) -> None:
-    """Write which of N planned throws stop inside a workspace, also with their targets moved back and forth.
-
-    The workspace is convex and the path straight, so the pick and the stop are enough.
+) -> Bools1:
+    """Find which of N planned throws stop inside a workspace, also with targets moved by shifts (N, 2), back and forth.
 
     Args:
         throws: the throws.
         releases: their releases.
-        stops: how the hands stop.
-        has_shifts: whether the targets move; if not, the shifts mean nothing.
-        window: time between the release and the braking [s].
+        shifts: displacements of the targets along x and y (N, 2) [m].
+        rules: rules of the stops; the shifts stand for the reserve.
         space: the workspace.
-        good: which throws have a plan; overwritten by the result.
     """
+    good = np.empty(len(throws), dtype=np.bool_)
     for row in range(len(throws)):
-        throw, release, stop = throws[row], releases[row], stops[row]
-        if not (good[row] and is_inside(throw.pick[0], throw.pick[1], throw.pick[2], space)):
-            good[row] = False
-            continue
-        ahead, brake = release.direction, stop.braking
-        line = Line(release.distance, release.speed, ahead[0], ahead[1], ahead[2])
-        good[row] = _stops_inside(throw, line, window, brake, space)
-        if has_shifts:
-            shift = stop.shift[0], stop.shift[1]
-            good[row] &= _has_reserve(throw, stop.slope, shift, window, brake, space)
+        release, ahead = releases[row], releases[row].direction
+        slope = ahead[2] / math.sqrt(ahead[0] * ahead[0] + ahead[1] * ahead[1])
+        line, shift = (
+            Line(release.distance, release.speed, ahead[0], ahead[1], ahead[2]),
+            (shifts[row, 0], shifts[row, 1]),
+        )
+        good[row] = release.feasible and _is_accepted(throws[row], line, slope, shift, rules, space)
+    return good
 
 
 @kernel_part
-def _is_accepted(throw: Throw, slope: float, origin: Floats, rules: StopRules, space: Space) -> bool:
-    """Whether a throw at a slope stops inside the workspace, also to moved targets; see `choose_targets`."""
-    window, gravity_share, reserve = rules
-    line = _line_at(throw, slope)
-    if not (line.distance >= 0.0 and is_inside(throw.pick[0], throw.pick[1], throw.pick[2], space)):
-        return False
-    brake = throw.acceleration
-    if gravity_share > 0.0:
-        brake = min(brake, gravity_share * GRAVITY / max(math.sin(math.atan(slope)), 1e-3))
-    if not _stops_inside(throw, line, window, brake, space):
-        return False
-    if reserve == 0.0:
-        return True
+def reserve_shift(throw: Throw, origin: Floats, reserve: float) -> tuple[float, float]:
+    """Displacement of a target along the throw, as seen from an origin [m]."""
     x, y = throw.target[0] - origin[0], throw.target[1] - origin[1]
     distance = math.sqrt(x * x + y * y)
-    shift = reserve * (x / distance), reserve * (y / distance)
-    return _has_reserve(throw, slope, shift, window, brake, space)
+    return (reserve * (x / distance), reserve * (y / distance)) if reserve > 0.0 else (0.0, 0.0)
 
 
 @kernel
 def choose_targets(
-    throws: Rows1[Throw], targets: Floats3, origins: Floats2, rules: StopRules, space: Space, good: Bools1
-) -> tuple[Ints1, Rows1[ThrowLine]]:
+    throws: Rows1[Throw], targets: Floats3, origins: Floats2, rules: StopRules, space: Space, may_throw: Bools1
+) -> tuple[Ints1, Rows1[ReleaseBatch], Bools1]:
     """Find for each of N objects the first of T targets with an accepted throw; the last target where there is none.
 
     Args:
@@ -224,22 +231,68 @@ def choose_targets(
         origins: picks from which targets are moved along the throw (N, 3) [m].
         rules: rules of the stop.
         space: the workspace.
-        good: which objects may be thrown; overwritten by which throws are accepted (N,).
+        may_throw: which objects may be thrown (N,).
 
     Returns:
-        Indices of the chosen targets (N,), and the lines of their throws.
+        Indices of the chosen targets (N,), the releases, and which throws are accepted (N,).
     """
-    slacks, attempts = np.empty(LANES), np.empty(len(targets), dtype=np.int64)
+    slacks, attempts, good = np.empty(LANES), np.empty(len(targets), dtype=np.int64), np.empty_like(may_throw)
     count, lines = targets.shape[1], empty_rows(len(targets), LINE)
     for row in range(len(targets)):
         throw, line = throws[row], lines[row]
-        may_throw, good[row] = good[row], False
-        for attempt in range(0 if may_throw else count - 1, count):
+        good[row] = False
+        for attempt in range(0 if may_throw[row] else count - 1, count):
             for k in range(3):
                 throw.target[k] = targets[row, attempt, k]
             line.slope, line.moved, line.reason = _choose_slope(throw, False, slacks)
             attempts[row] = attempt
-            if may_throw and _is_accepted(throw, line.slope, origins[row], rules, space):
+            shift = reserve_shift(throw, origins[row], rules.reserve)
+            along = _line_at(throw, line.slope)
+            if may_throw[row] and _is_accepted(throw, along, line.slope, shift, rules, space):
                 good[row] = True
                 break
-    return attempts, lines
+    return attempts, release_rows(throws, False, True, lines), good
+
+
+@kernel
+def release_at_points(throws: Rows1[Throw]) -> Rows1[ReleaseBatch]:
+    """Compute the throws that release at their targets, with all the speed that the S-curve gives there.
+
+    Azimuth and angle are those of the ways; the flight time stays NaN. A throw whose target is its pick has no plan.
+    """
+    releases = empty_rows(len(throws), RELEASE)
+    for row in range(len(throws)):
+        throw, release = throws[row], releases[row]
+        _clear(release)
+        release.reason = SAME_POINT
+        x, y, z = throw.target[0] - throw.pick[0], throw.target[1] - throw.pick[1], throw.target[2] - throw.pick[2]
+        flat, distance = math.sqrt(x * x + y * y), math.sqrt(x * x + y * y + z * z)
+        if distance > MIN_REACH:
+            speed = peaks(2.0 * distance, throw.velocity, throw.acceleration, throw.jerk)[0]
+            _write_motion(throw, distance, speed, (x / distance, y / distance, z / distance), release)
+            release.angle, release.azimuth, release.reason = math.atan2(z, flat), math.atan2(y, x), 0
+        release.feasible = release.reason == 0
+    return releases
+
+
+@kernel
+def throw_motions(
+    pick: Floats2, releases: Rows1[ReleaseBatch], limits: LimitRows, rules: StopRules
+) -> tuple[Segments, Ends]:
+    """Compute the motions of N hands from picks (N, 3) [m] through releases and windows to stops, and their ends."""
+    count = len(pick)
+    segments, ends = (
+        new_segments(count, RUN_UP + 1 + STOP),
+        Ends(np.empty(count), np.empty(count), np.empty((count, 3))),
+    )
+    for row in range(count):
+        release, ahead, jerk = releases[row], releases[row].direction, limits.jerk[row]
+        braking = braking_limit(limits.acceleration[row], rules.gravity_share, ahead[2])
+        run_up = write_run_up(segments, row, 0, ahead, release.distance, limits)
+        segments.durations[row, RUN_UP], segments.jerks[row, RUN_UP] = rules.window, 0.0
+        stop = write_stop(segments, row, RUN_UP + 1, ahead, release.speed, braking, jerk)
+        ends.release_time[row], ends.stop_time[row] = run_up, run_up + rules.window + stop
+        way = stop_distance(release.distance, release.speed, rules.window, braking, jerk)
+        for axis in range(3):
+            ends.stop[row, axis] = pick[row, axis] + ahead[axis] * way
+    return segments, ends

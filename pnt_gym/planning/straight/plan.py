@@ -9,7 +9,6 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length
 from pnt_gym.errors import PntGymError
-from pnt_gym.planning.motion.limits import EllipticWorkspace
 from pnt_gym.planning.reasons import ReasonCode
 from pnt_gym.rows import Columns, Triple, field
 
@@ -159,22 +158,6 @@ class ReleaseBatch(Columns):
             raise InfeasibleThrow(Reason(row["reason"]), f" (row {index})")
         position, velocity, direction, *numbers = row.item()[:_COUNT]
         return Release(position.copy(), velocity.copy(), direction.copy(), *numbers)
-
-
-class Rules(NamedTuple):
-    """Rules of accepted throws.
-
-    Attributes:
-        window: time between the release and the braking, at constant velocity [s].
-        gravity_share: share of gravity with which the hand may fall while braking; 0 for full braking.
-        reserve: a target is accepted only with targets nearer and farther by this distance along the throw [m].
-        workspace: positions that the hand can reach.
-    """
-
-    window: float
-    gravity_share: float
-    reserve: float
-    workspace: EllipticWorkspace
 
 
 class TargetChoice(NamedTuple):

@@ -12,29 +12,27 @@ same bits.
 from __future__ import annotations
 
 import math
-from dataclasses import astuple
 from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Point, finite_points, finite_rows, in_order, length, number, of_kind
+from pnt_gym.arrays import Bools, Floats, Point, finite_points, finite_rows, in_order, number, of_kind
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.ballistics import flight_time
-from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds, MotionLimits, limit_rows
-from pnt_gym.planning.motion.scurve import scurves
+from pnt_gym.planning.motion.limits import (
+    EllipticWorkspace,
+    LimitRows,
+    Limits,
+    LineBounds,
+    MotionLimits,
+    Space,
+    limit_rows,
+)
 from pnt_gym.planning.straight import kernel
 from pnt_gym.planning.straight.frame import Frame, check_throws, point_of
-from pnt_gym.planning.straight.plan import (
-    MIN_REACH,
-    InfeasibleThrow,
-    Reason,
-    Release,
-    ReleaseBatch,
-    Rules,
-    TargetChoice,
-)
-from pnt_gym.planning.straight.rows import Space, Stop, StopRules, Throw, ThrowLine
+from pnt_gym.planning.straight.plan import InfeasibleThrow, Reason, Release, ReleaseBatch, TargetChoice
+from pnt_gym.planning.straight.rows import StopRules, Throw, ThrowLine
 from pnt_gym.rows import Rows
 
 __all__ = [
@@ -50,6 +48,8 @@ PIECE: Final = 20_000
 """Throws per call of machine code: a tenth of a second, during which Ctrl-C has no effect."""
 OPEN: Final = Throw.zeros(1, ceiling=math.inf, far=math.inf, low=-math.inf, high=math.inf)
 """A throw without bounds."""
+NO_PLAN: Final = kernel.release_at_points(OPEN)
+"""A release that holds no plan."""
 
 
 def plan_release(
@@ -162,44 +162,14 @@ def release_at_point(
         ValueError: if an input is NaN or infinite, or shapes disagree.
     """
     start = finite_points(picks, "picks")
-    count = len(start)
-    end = finite_points(points, "points", count)
-    way = end - start
-    distance = length(way)
-    distinct = distance > MIN_REACH
-    direction = way / np.where(distinct, distance, 1.0)[:, None]
-    rows = limit_rows(limits, count)
-    speed = scurves(2.0 * distance, rows).velocity
-    reason = np.where(distinct, int(Reason.FEASIBLE), int(Reason.SAME_POINT))
-    flight = np.full(count, np.nan)
+    end = finite_points(points, "points", len(start))
+    rows = kernel.release_at_points(_lay_out(start, end, limit_rows(limits, len(start))))
     if plane_z is not None:
-        plane = finite_rows(plane_z, count, "plane_z")
-        flight = flight_time(end, speed[:, None] * direction, plane)
-        reason = np.where(distinct & np.isnan(flight), int(Reason.PLANE), reason)
-    # `gap` is added to every result: NaN in rows without a plan.
-    gap = np.where(reason == Reason.FEASIBLE, 0.0, np.nan)
-    distance, speed, direction = distance + gap, speed + gap, direction + gap[:, None]
-    peak = np.minimum(np.sqrt(rows.jerk * speed), rows.acceleration)
-    flat = np.sqrt(way[:, 0] * way[:, 0] + way[:, 1] * way[:, 1])
-    angle, azimuth = np.arctan2(way[:, 2], flat) + gap, np.arctan2(way[:, 1], way[:, 0]) + gap
-    # Half of Eq. 4 over the stroke 2 P_r, which is Eq. 12, as in the kernel.
-    time = distance / speed + 0.5 * (speed / peak + peak / rows.jerk)
-    return ReleaseBatch.of(
-        count,
-        position=start + distance[:, None] * direction,
-        velocity=speed[:, None] * direction,
-        direction=direction,
-        speed=speed,
-        acceleration=peak,
-        angle=angle,
-        azimuth=azimuth,
-        distance=distance,
-        time=time,
-        flight_time=flight + gap,
-        feasible=reason == Reason.FEASIBLE,
-        reason=reason,
-        straight=True,
-    )
+        rows["flight_time"] = flight_time(end, rows["velocity"], finite_rows(plane_z, len(start), "plane_z"))
+        lost = rows["feasible"] & np.isnan(rows["flight_time"])
+        rows[lost] = NO_PLAN
+        rows["reason"][lost] = Reason.PLANE
+    return ReleaseBatch(rows)
 
 
 def stops_inside(
@@ -207,9 +177,8 @@ def stops_inside(
     targets: Floats,
     limits: LimitRows,
     plans: ReleaseBatch,
-    braking: Floats,
-    window: float,
-    workspace: EllipticWorkspace,
+    rules: StopRules,
+    space: Space,
     shifts: Floats | None = None,
 ) -> Bools:
     """Return which planned throws (N,) stay in a workspace until the hand has stopped on the line of the throw.
@@ -219,17 +188,13 @@ def stops_inside(
         targets: points the objects pass through (N, 3) [m].
         limits: limits of the hand (N,).
         plans: releases of the throws.
-        braking: greatest acceleration of the braking (N,) [m/s2].
-        window: time between the release and the braking, at constant velocity [s].
-        workspace: positions that the hand can reach.
+        rules: rules of the stops; the displacements stand for the reserve.
+        space: positions that the hand can reach.
         shifts: displacements of the targets along x and y (N, 2) [m]; the throws at the same elevation to targets moved
             by the displacements, forth and back, have to stay in the workspace too. None: the targets alone.
     """
-    good, has_shifts = plans.feasible.copy(), shifts is not None
-    stops = Stop.zeros(len(picks), slope=np.tan(plans.angle), braking=braking, shift=shifts if has_shifts else 0.0)
-    throws, space = _lay_out(picks, targets, limits), Space(*astuple(workspace))
-    kernel.keep_stops_inside(throws, in_order(plans.rows)[0], stops, has_shifts, window, space, good)
-    return good
+    moves = np.zeros((len(picks), 2)) if shifts is None else shifts
+    return kernel.keep_stops_inside(_lay_out(picks, targets, limits), *in_order(plans.rows, moves), rules, space)
 
 
 def choose_targets(
@@ -237,7 +202,7 @@ def choose_targets(
     targets: Floats,
     limits: LimitRows,
     ceiling: Floats,
-    rules: Rules,
+    rules: tuple[StopRules, Space],
     origins: Floats,
     may_throw: Bools,
 ) -> TargetChoice:
@@ -250,14 +215,13 @@ def choose_targets(
         targets: targets in the order in which to try them (N, T, 3) [m].
         limits: limits of the hand (N,).
         ceiling: greatest heights of the release points (N,) [m].
-        rules: rules of accepted throws.
+        rules: rules of the stops, and positions that the hand can reach.
         origins: points from which targets are moved along the throw (N, 3) [m].
         may_throw: which objects may be thrown at all (N,).
     """
-    throws, good = _lay_out(picks, targets[:, -1], limits, ceiling=ceiling), may_throw.copy()
-    stop, space = StopRules(*rules[:3]), Space(*astuple(rules.workspace))
-    attempt, lines = kernel.choose_targets(throws, *in_order(targets, origins), stop, space, good)
-    return TargetChoice(attempt, ReleaseBatch(kernel.release_rows(throws, False, True, lines)), good)
+    throws, places = _lay_out(picks, targets[:, -1], limits, ceiling=ceiling), in_order(targets, origins)
+    attempt, releases, good = kernel.choose_targets(throws, *places, *rules, *in_order(may_throw))
+    return TargetChoice(attempt, ReleaseBatch(releases), good)
 
 
 def check_bounds(ceiling: float | None, tolerance: float) -> None:

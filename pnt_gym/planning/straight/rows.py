@@ -1,10 +1,10 @@
-"""Rows of throws along straight lines: the throw to plan, its line, and the stop after its release."""
+"""Throws along straight lines: rows of the throws to plan and of their lines, rules of the stops, ends of motions."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from pnt_gym.rows import Pair, Row, Triple, field
+from pnt_gym.rows import Floats1, Floats2, Row, Triple, field
 
 
 class Throw(Row):
@@ -31,23 +31,6 @@ class ThrowLine(Row):
     reason: int = field("-", "`Reason` why there is no throw")
 
 
-class Stop(Row):
-    """How a hand stops after a release, and how far its throw's target may move."""
-
-    slope: float = field("-", "tangent of the elevation of the line")
-    braking: float = field("m/s2", "greatest acceleration of the braking")
-    shift: Pair = field("m", "displacement of the target along x and y, back and forth")
-
-
-class Space(NamedTuple):
-    """An elliptic workspace: semi-axes along x and y, least and greatest height [m]."""
-
-    semi_x: float
-    semi_y: float
-    z_min: float
-    z_max: float
-
-
 class StopRules(NamedTuple):
     """Rules by which a hand stops after a throw."""
 
@@ -56,4 +39,12 @@ class StopRules(NamedTuple):
     gravity_share: float
     """Share of gravity with which the hand may fall while braking; 0 for full braking."""
     reserve: float
-    """Displacement of the targets, forth and back, with which a throw has to be possible [m]."""
+    """Displacement of the target along the throw, forth and back, with which a throw has to be possible [m]."""
+
+
+class Ends(NamedTuple):
+    """Ends of N throws: times of the releases and of the stops (N,) [s], and points of the stops (N, 3) [m]."""
+
+    release_time: Floats1
+    stop_time: Floats1
+    stop: Floats2

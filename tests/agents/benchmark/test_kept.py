@@ -11,6 +11,7 @@ import yaml
 from agents.ground import work
 from agents.ground.work import Completion, Job
 from agents.results.content import read_form
+from pnt_gym.constants import WORLD
 from tests.tools.benchmark import forge, toy_plan, write
 from tests.tools.commands import answered, refused
 
@@ -66,6 +67,7 @@ def test_the_named_entries_are_computed_and_the_other_rows_are_kept(first: dict[
     [
         ({}, {}, "nobody", "--only: unknown label 'nobody'; known are analytic, goal"),
         ({}, {"numpy": "1.0"}, "goal", "'out.json' is of numpy 1.0, here is "),
+        ({}, {"world": "1"}, "goal", f"'out.json' is of world 1, here is {WORLD}; drop --only"),
         ({"picks": 32}, {}, "goal", "'out.json' is of a plan with other throws; drop --only"),
         ({"entries": [PLANNER, SLOW]}, {}, "analytic", "'out.json' has no rows of entry 'goal' as the plan has it"),
         ({"entries": [PLANNER, GOAL, RIDGE]}, {}, "goal", "'out.json' has no rows of entry 'ridge' as the plan has it"),

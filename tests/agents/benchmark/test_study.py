@@ -10,6 +10,7 @@ import pytest
 
 from agents.ground import work
 from agents.ground.work import Completion, Job
+from pnt_gym.constants import WORLD
 from tests.tools.commands import answered, refused
 
 SMALL = """
@@ -84,8 +85,18 @@ def test_a_named_part_is_measured_and_the_rows_of_the_others_are_kept() -> None:
     assert [row.get("mismatch") for row in data["rows"]] == [0.0, 0.5, 1.0, 0.0, 0.5, 1.0, None]
     assert (data["rows"][-1]["mark"], count) == (1, 2)
     Path("plan.yaml").write_text(changed.replace("throws: 4", "throws: 2"))
-    assert "is of another study, version, seed or number of throws" in refused(*COMMAND, "--only", "throws")
+    assert "is of another study, version, world, seed or number of throws" in refused(*COMMAND, "--only", "throws")
     assert measure()[0]["throws"] == 2
+
+
+@pytest.mark.usefixtures("desk_with_a_plan")
+def test_rows_of_another_world_are_not_kept() -> None:
+    whole, _ = measure()
+    assert whole["world"] == WORLD
+    text = json.dumps({name: value for name, value in whole.items() if name != "world"})
+    Path("out.json").write_text(text)
+    assert "is of another study, version, world, seed or number of throws" in refused(*COMMAND, "--only", "throws")
+    assert Path("out.json").read_text() == text
 
 
 @pytest.mark.usefixtures("desk_with_a_plan")

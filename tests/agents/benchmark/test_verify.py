@@ -20,6 +20,7 @@ from agents.ground.tables import throws_bar
 from agents.ground.work import LimitedWorker, UnfinishedError
 from agents.results import content
 from agents.results.content import read_form, with_columns, without_columns
+from pnt_gym.constants import WORLD
 from tests.tools.benchmark import carried_out, forge, toy_plan, write
 from tests.tools.commands import answered, output_of, refused
 
@@ -253,6 +254,13 @@ def test_a_file_of_other_versions_is_equal_if_its_throws_are(data: dict[str, Any
     said = output_of("benchmark.verify file.json --rows 1", Path())
     assert "the file was made with numpy 1.0; here is" in said
     assert "the file was made with abacus 2.0; here is none" in said
+
+
+def test_a_file_that_names_no_world_is_of_the_first(data: dict[str, Any]) -> None:
+    assert data["versions"].pop("world") == str(WORLD)
+    verify(data, "--rows", "1")
+    said = output_of("benchmark.verify file.json --rows 1", Path())
+    assert f"the file was made with world 1; here is {WORLD}" in said
 
 
 def test_rows_within_the_bounds_are_equal_and_their_differences_are_shown(data: dict[str, Any]) -> None:

@@ -69,12 +69,12 @@ def test_a_fit_finds_what_was_hidden() -> None:
 
 
 def test_a_vacuum_that_is_far_off_is_found() -> None:
-    """Its vacuum decays 2.6 deviations slower; a search with narrow covariances takes that for accidents."""
-    twin = twins.make(WASTE, 500_026, 40)
-    found, _ = posterior(twin.log, WASTE, priors(WASTE, (*SOME, "drag")))
+    """Its vacuum decays 2.9 deviations slower; a search with narrow covariances takes that for accidents."""
+    twin = twins.make(WASTE, 500_122, 40)
+    found, _ = posterior(twin.log, WASTE, priors(WASTE, (*SOME, "blow_off", "drag")))
     assert twin.scores[1] > 2.5
     assert found.best.z[1] == pytest.approx(twin.scores[1], abs=0.5)
-    assert (found.best.regular > 0.5).mean() > 0.8
+    assert (found.best.regular > 0.5).mean() > 0.6  # cups touch some of the objects that leave so late
 
 
 def test_a_fit_is_the_same_again_and_reads_nothing_hidden(usual_fit: Fitted) -> None:
@@ -153,7 +153,7 @@ def test_a_draught_and_more_scatter_are_told() -> None:
     fitted = fit_log(windy.log, WASTE, priors(WASTE, SOME))
     assert next(f for f in fitted.misfit if f.name == "draught").alarms
     said = sentences(fitted, fitted.posterior.samples())[-1]
-    assert "THE MODEL DOES NOT FIT: landings lean as in a draught, for instance (those of a camera" in said
+    assert "THE MODEL DOES NOT FIT: landings lean as with air that moves" in said
     hidden = {"suction": {"jitter": 0.006}, "spread": {"grasp": 0.02}, "feedback": {"noise": 0.015}}
     rough = twins.make(WASTE, 2, 40, hidden=hidden)
     fitted = fit_log(rough.log, WASTE, priors(WASTE, SOME))
@@ -167,8 +167,8 @@ def test_one_item_of_another_drag_is_named(usual_fit: Fitted) -> None:
     kind = int(np.bincount(log.kind[log.has_landing]).argmax())
     push = np.where((log.kind == kind)[:, None], 0.05 * (log.target - log.pick[:, :2]), 0.0)
     density = Density(ThrowModel(replace(log, landing=log.landing + push), WASTE), priors(WASTE, SOME))
-    moved = misfit.find(density, density.search(found.best.z))
-    least = min(moved[1:3], key=lambda finding: finding.chance)
+    moved = {finding.name: finding for finding in misfit.find(density, density.search(found.best.z))}
+    least = min(moved["drag"], moved["delay"], key=lambda finding: finding.chance)
     assert WASTE.items[kind] in least.text
     assert least.chance < 0.2
 
@@ -178,10 +178,12 @@ def test_a_plan_tells_more_than_throws_that_come() -> None:
     parameters = priors(WASTE, SOME)
     pool = DesignPool(WASTE, 3)
     log = pool.log
-    chosen = design.choose(log, WASTE, parameters, 12)
+    slopes = information(log, WASTE, parameters, np.zeros(len(SOME))).slopes
+    choice = design.choose(slopes, 12)
+    chosen = choice.rows
     assert len({*chosen}) == 12
-
-    slopes = information(log, WASTE, parameters, np.zeros(len(SOME)))
+    assert (np.diff(choice.gains) <= 1e-9).all()
+    assert choice.gains[-1] >= choice.left.max() - 1e-9
 
     def gain(rows: np.ndarray) -> float:
         whole = slopes[rows].reshape(-1, len(SOME))
@@ -218,12 +220,19 @@ def test_the_level_loads_and_says_what_was_fitted(tmp_path: Path) -> None:
     assert loaded.bias.camera == pytest.approx(level.bias.camera, rel=1e-4)
     assert loaded.cup.stiffness == pytest.approx(level.cup.stiffness, rel=1e-5)
     assert loaded.items == WASTE.items
+    assert loaded.cup.blow_off == pytest.approx(level.cup.blow_off, rel=1e-5)
+    assert loaded.assumed() == {}
+    chances = {item.name: item.pick_chance for item in loaded.item_list()}
+    assert {seal.item: chances[seal.item] for seal in fitted.seals} == pytest.approx(
+        {seal.item: seal.mean for seal in fitted.seals}, rel=1e-5
+    )
     text = path.read_text()
     assert "40 landings of" in text
     assert "pick_chance" in text
     figures = report(fitted, samples)
     same = ConveyorConfig.load({"base": "waste", **figures["differences"]})
     assert same.bias.camera == pytest.approx(loaded.bias.camera, rel=1e-4)
+    assert same.extra_items == loaded.extra_items
     drawn = page(fitted, samples, "A fit")
     assert drawn.count("<circle") == 40
     assert "<figcaption>Landings from above, relative to their targets" in drawn
@@ -252,7 +261,8 @@ def test_a_misfit_ends_with_exit_code_1(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(replace(log, landing=log.landing + noise).text(WASTE.items))
     done = call_here("agents.fit", "log.csv", "--level", "waste", "--free", "valve", "tau", folder=tmp_path)
     assert done.returncode == 1
-    assert "THE MODEL DOES NOT FIT: throws scatter" in done.stdout
+    assert "THE MODEL DOES NOT FIT: " in done.stdout
+    assert "throws scatter" in done.stdout
 
 
 def raising(error: Exception) -> object:

@@ -13,9 +13,9 @@ import pytest
 
 from agents.controllers import make_controller
 from agents.fit import reading
+from agents.fit.log import COLUMNS, GROUPS, ThrowLog
 from agents.fit.reading import MOST, MOST_LINES
 from agents.ground.cli import UsageError
-from agents.fit.log import COLUMNS, GROUPS, ThrowLog
 from agents.judging.recorder import Recorder
 from agents.judging.trials import open_trial
 from agents.pictures.stage import Stage
@@ -155,6 +155,7 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
     "picks swapped": (swapped("pick"), "pick_x and pick_y look swapped"),
     "landings swapped": (swapped("landing"), "landing_x and landing_y look swapped"),
     "a column twice": (lambda rows: [{**row, " item": row["item"]} for row in rows], "more than one column 'item'"),
+    "no velocity": (without("release_vx"), "lacks the columns 'release_vx'"),
     "no pick": (without("pick_x", "item"), "lacks the columns 'item' and 'pick_x'"),
     "nan": (each(pick_x="nan"), "throw 1 of the log has no pick_x"),
     "infinite": (each(mass="inf"), "mass is inf; it must be finite"),
@@ -266,6 +267,17 @@ def test_what_is_no_table_is_refused(text: str, tmp_path: Path) -> None:
         reading.read(tmp_path / "none.csv", WASTE)
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(UsageError, match="cannot read log"):
+        reading.read(path, WASTE)
+
+
+@pytest.mark.parametrize("mark", [";", "\t", "|"])
+def test_a_spreadsheets_log_with_decimal_commas_is_read(mark: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    text = usual_log().text(WASTE.items).replace(",", mark).replace(".", ",")
+    path.write_text(f"\ufeff{text}")
+    assert same_logs(reading.read(path, WASTE), usual_log())
+    path.write_text(text.replace("0,", "1.000,0", 1))
+    with pytest.raises(UsageError, match=r"is '-?1\.000\..*', no number"):
         reading.read(path, WASTE)
 
 

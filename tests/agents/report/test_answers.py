@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from agents.ground import files
-from agents.report import contents
+from agents.report import contents, headline
 from agents.report.answers import difference, interval
 from agents.report.questions import QUESTIONS
 
@@ -106,6 +106,28 @@ def test_the_answer_says_who_beats_the_planner_first_and_what_cannot_be_told_fro
     assert "`sac` less the oracle is +0.0, 95 % interval +0.0 to +0.0, not distinguishable." in said
     weak = [(label, throws, 0.5) for label, throws, _ in CONTROLLERS]
     assert "No learner is sure to beat the planner." in answer("learning", tmp_path, benchmark=benchmark_of(*weak))
+
+
+def test_the_planner_that_fits_the_cell_is_told_of_where_it_was_measured(tmp_path):
+    without = answer("learning", tmp_path, benchmark=benchmark_of(*CONTROLLERS))
+    logs = (("fitted_planner", 10, 0.6), ("fitted_planner", 40, 0.9))
+    said = answer("learning", tmp_path, benchmark=benchmark_of(*CONTROLLERS, *logs))
+    own = "Fitted to a log of its own throws, the planner itself (`fitted_planner` after 40 throws) reaches 54.0: +24.0"
+    assert own in said
+    assert said.partition(" Fitted")[0] == without.partition(" An oracle")[0]
+
+
+def test_the_short_table_has_the_rows_that_were_measured():
+    def row(label, throws):
+        figures = {"landing_error_mean_m": 0.01, "success_rate": 0.8, "sorted_per_min": 50.0}
+        return {"label": label, "throws": throws, "level": "mine", **figures}
+
+    learned = [("ridge", 40), ("ridge", 1000), ("fitted_planner", 40), ("fitted_planner", 1000)]
+    plan = {"levels": ["mine"], "picks": 9, "env": "PnTRelease-v0", "seeds": [0]}
+    grid = headline.table({"plan": plan, "table": [row("analytic", 0), *(row(*one) for one in learned)]})
+    assert [line[1] for line in grid.rows] == ["-", "40", "40", "1,000"]
+    grid = headline.table({"plan": plan, "table": [row("analytic", 0), row("ridge", 1000)]})
+    assert [line[:2] for line in grid.rows] == [["analytic planner", "-"], ["ridge regression", "1,000"]]
 
 
 def test_throws_of_other_objects_have_no_interval():

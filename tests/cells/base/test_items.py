@@ -7,31 +7,31 @@ from pnt_gym.cells.base.catalogue import CATALOGUE, CLAW_ITEMS, HELD_OUT_ITEMS, 
 from pnt_gym.cells.base.items import SHAPES, Item, contact_solref, item_arrays, shape_index
 from tests.tools import throws
 
-# name, shape, L W H in mm as it lies, mass in g, Cd, centre of mass, F0 in N, container.
+# name, shape, L W H in mm as it lies, mass in g, Cd, centre of mass, F0 in N, residue over mass.
 SEEN_TABLE = """
-paper_ball  ellipsoid  80 80 75   5.0  .55 .50  4    no
-can         cylinder  115 66 66  13.5  .80 .50 18    yes
-can_crushed box        95 75 35  13.5 1.00 .50 10    no
-pet_05      cylinder  205 65 65  22    .80 .52 16    yes
-pet_crushed box       190 85 45  30   1.00 .55 12    yes
-yoghurt_cup cylinder   80 70 70   6.0  .85 .50 14    yes
-tetra_1l    box       195 70 70  31   1.05 .52 14    yes
-tetra_200   box       115 60 40   9.5 1.05 .52 12    yes
-carton      box       125 85 30  24   1.10 .50  7    no
-jar_lid     box        70 70 12  11   1.10 .40 18    no
-cap         cylinder   52 45 40   9    .85 .45 14    no
-cork        cylinder   45 24 24   4    .80 .50  3.5  no
-foil_ball   ellipsoid  48 45 42   6    .50 .50  4.5  no
-tray        box       140 105 35 17   1.15 .40 14    no
-steel_tin   cylinder  108 73 73  52    .85 .50 20    yes
+paper_ball  ellipsoid  80 80 75   5.0  .55 .50  4   0
+can         cylinder  115 66 66  13.5  .67 .50 18   0.10
+can_crushed box        95 75 35  13.5 1.00 .50 10   0
+pet_05      cylinder  205 65 65  22    .72 .52 16   0.07
+pet_crushed box       190 85 45  30   1.00 .55 12   0.07
+yoghurt_cup cylinder   80 70 70   6.0  .67 .50 14   0.25
+tetra_1l    box       195 70 70  29   1.05 .52 14   0.23
+tetra_200   box       115 60 40   9.5 1.05 .52 12   0.23
+carton      box       125 85 30  24   1.10 .50  7   0
+jar_lid     box        70 70 12  11   1.10 .40 18   0
+cap         cylinder   52 45 40   9    .67 .45 14   0
+cork        cylinder   45 24 24   4    .67 .50  3.5 0
+foil_ball   ellipsoid  48 45 42   6    .50 .50  4.5 0
+tray        box       140 105 35 17   1.15 .40 14   0
+steel_tin   cylinder  108 73 73  52    .67 .50 20   0.10
 """
 HELD_OUT_TABLE = """
-detergent   box       215 90 60  55   1.00 .58 16    yes
-coffee_cup  cylinder   95 78 78   9.5  .85 .50  9    yes
-egg_box     box       150 100 60 22   1.10 .50  5    no
-shampoo     box       185 65 42  31   1.00 .56 16    yes
-foil_tray   box       120 95 35  11   1.15 .45 10    no
-napkin_ball ellipsoid  65 62 58   3.5  .60 .50  3    no
+detergent   box       215 90 60  55   1.00 .58 16   0.10
+coffee_cup  cylinder   95 78 78   9.5  .67 .50  9   0.25
+egg_box     box       150 100 60 22   1.10 .50  5   0
+shampoo     box       185 65 42  31   1.00 .56 16   0.10
+foil_tray   box       120 95 35  11   1.15 .45 10   0
+napkin_ball ellipsoid  65 62 58   3.5  .60 .50  3   0
 """
 VALID = throws.item("brick", shape="box", size=(0.2, 0.1, 0.05), mass=0.1)
 
@@ -40,7 +40,7 @@ VALID = throws.item("brick", shape="box", size=(0.2, 0.1, 0.05), mass=0.1)
 def test_catalogue_is_the_table(table, names):
     rows = [line.split() for line in table.strip().splitlines()]
     assert tuple(row[0] for row in rows) == names
-    for name, shape, length, width, height, mass, drag, com, seal, container in rows:
+    for name, shape, length, width, height, mass, drag, com, seal, residue in rows:
         item = CATALOGUE[name]
         extents = np.array([float(length), float(width), float(height)]) / 1e3
         if shape == "cylinder":
@@ -49,7 +49,7 @@ def test_catalogue_is_the_table(table, names):
         np.testing.assert_allclose(item.size, extents, rtol=1e-12)
         np.testing.assert_allclose(item.mass, float(mass) / 1e3, rtol=1e-12)
         assert (item.drag, item.com_depth, item.seal_force) == (float(drag), float(com), float(seal))
-        assert item.container == (container == "yes")
+        assert item.residue == float(residue)
 
 
 def test_the_papers_objects_have_the_published_masses():
@@ -87,7 +87,7 @@ def test_every_item_says_where_it_comes_from_and_is_light_enough_to_be_real():
 
 def test_the_claws_objects_are_the_papers():
     cork, cap, block = (CATALOGUE[name] for name in CLAW_ITEMS)
-    assert (cork.size, cork.shape, cork.mass, cork.drag) == ((0.045, 0.024, 0.024), "cylinder", 0.004, 0.80)
+    assert (cork.size, cork.shape, cork.mass, cork.drag) == ((0.045, 0.024, 0.024), "cylinder", 0.004, 0.67)
     assert (cap.shape, cap.upright, block.shape) == ("cylinder", True, "box")
     assert cap.height == cap.size[0] < cap.size[1]
     assert cork.height == cork.size[2]
@@ -130,7 +130,7 @@ def test_arrays_hold_the_items_row_by_row():
     for k, item in enumerate(items):
         assert SHAPES[table.shape[k]] == item.shape
         assert tuple(table.size[k]) == item.size
-        for column in ("mass", "drag", "com_depth", "seal_force", "container"):
+        for column in ("mass", "drag", "com_depth", "seal_force", "residue"):
             assert getattr(table, column)[k] == getattr(item, column)
         for column in ("friction", "rolling_friction"):
             assert getattr(table, column)[k] == getattr(item, column)

@@ -40,12 +40,15 @@ def test_name_shape_size_and_mass_are_enough():
 def test_an_item_is_like_another():
     (small,) = load({"name": "small", "like": "can", "size": [0.09, 0.053, 0.053], "mass": 0.010}).item_list()
     can = CATALOGUE["can"]
-    assert (small.shape, small.drag, small.seal_force, small.container) == ("cylinder", can.drag, can.seal_force, True)
+    assert (small.shape, small.drag, small.seal_force) == ("cylinder", can.drag, can.seal_force)
+    assert small.residue == can.residue > 0.0
     assert small.cup_radius is None  # fitted to the size
-    assert {"shape", "drag", "container"} <= set(small.assumed)
+    assert {"shape", "drag", "residue"} <= set(small.assumed)
     assert not {"size", "mass", "name", "source", "like"} & set(small.assumed)
     twin = complete_item({"name": "twin", "like": "can"})
     assert Item(**{**twin, "source": can.source, "assumed": ()}) == can.model_copy(update={"name": "twin"})
+    itself = complete_item({"name": "can", "like": "can", "pick_chance": 0.5})
+    assert itself["assumed"] == ()
     flat = complete_item({**LID, "like": "can"})
     assert flat["rolling_friction"] == TYPICAL["box"]["rolling_friction"]
 

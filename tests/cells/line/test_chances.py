@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.line.chances import PRIOR, Chances, format_table, read_table
-from pnt_gym.cells.line.choose import write_values
+from pnt_gym.cells.line.choose import landing_chance
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.rows import Choice, Rider, Seen
+from pnt_gym.cells.line.rows import Choice
 from tests.tools.line import begun, chances, decided, with_table
 
 CONFIG = LineConfig.load({"base": "speed", "throws": "flight"})
@@ -49,12 +49,9 @@ def test_cups_that_never_fail_are_certain():
 
 def chances_of(table, kind, percent, distance):
     """Chances of choices of one line, as planners see them."""
-    count = len(kind)
-    choices = Choice.zeros(count, place=np.arange(count), percent=percent, away=np.stack([distance, 0 * distance], -1))
-    tables = begun("single").chooser.tables._replace(chances=table.table)
-    first = np.zeros(1, dtype=np.int64)
-    write_values(tables, Rider.zeros(1, 1), first, Seen.zeros(1, count, kind=kind), choices)
-    return choices["chance"].tolist()
+    look_up = getattr(landing_chance, "py_func", landing_chance)
+    choices = Choice.zeros(len(kind), percent=percent, away=np.stack([distance, 0 * distance], -1)).view(np.recarray)
+    return [table.picked[k] * look_up(table.table, k, choice) for k, choice in zip(kind, choices, strict=True)]
 
 
 def test_a_chance_is_looked_up_by_item_speed_and_distance():

@@ -16,8 +16,8 @@ from pnt_gym.cells.line import acts
 from pnt_gym.cells.line import cell as cells
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.lie import separate
-from pnt_gym.cells.line.rows import LineNumbers, Rider, Turn
-from pnt_gym.cells.line.sight import find_ends
+from pnt_gym.cells.line.rows import UNAVAILABLE_X, Account, LineNumbers, Rider, Seen, Turn
+from pnt_gym.cells.line.sight import show_objects
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ConfigError
 from tests.tools.line import BOXES, begun, decided
@@ -71,14 +71,14 @@ def test_any_numbers_at_all_come_to_an_end(x, size, gap):
 
 @given(x=st.lists(st.floats(-10, 10), max_size=30), ride=st.floats(0, 10), low=st.floats(-5, 5), long=st.floats(0, 5))
 def test_what_is_in_sight_is_what_a_look_at_everything_finds(x, ride, low, long):
-    places, ends = np.sort(np.array([x, x]), axis=1)[:, ::-1], np.empty((1, 2), dtype=np.int64)
+    places = np.sort(np.array([x, x]), axis=1)[:, ::-1]
     seen = SINGLE.chooser.tables._replace(line=LineNumbers.zeros(1, speed=0.5, sight_low=low, sight_high=low + long))
-    state = SINGLE.state._replace(turns=Turn.zeros(2, clock=[0.0, 2.0 * ride]))
-    assert find_ends(seen, state, Rider.zeros(*places.shape, x=places), np.array([1]), ends) == max(
-        ends[0, 1] - ends[0, 0], 0
-    )
-    then = places[1] + ride
-    assert np.arange(*ends[0]).tolist() == np.flatnonzero((then >= low) & (then <= low + long)).tolist()
+    state = SINGLE.state._replace(turns=Turn.zeros(2, clock=[0.0, 2.0 * ride]), accounts=Account.zeros(*places.shape))
+    then, riders = places[1] + ride, Rider.zeros(*places.shape, x=places)
+    shown = show_objects(seen, state, riders, np.array([1]))[0] if len(x) else np.zeros(0, dtype=Seen.dtype)
+    near = shown[shown["x"] != UNAVAILABLE_X]
+    assert near["index"].tolist() == np.flatnonzero((then >= low) & (then <= low + long)).tolist()
+    assert near["x"].tolist() == then[near["index"]].tolist()
 
 
 def test_a_line_far_away_works_the_same_shift():

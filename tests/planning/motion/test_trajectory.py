@@ -13,7 +13,8 @@ from pnt_gym.planning import (
     rest_to_rest,
     speed_at,
 )
-from pnt_gym.planning.motion.trajectory import Segments, superpose
+from pnt_gym.planning.motion.kernel import superpose
+from pnt_gym.planning.motion.rows import Segments
 from tests.tools.planning import units
 
 

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from pnt_gym.planning import EllipticWorkspace, plan_release_batch
-from pnt_gym.planning.motion.limits import LimitRows
-from pnt_gym.planning.straight.plan import Rules
+from pnt_gym.planning import plan_release_batch
+from pnt_gym.planning.motion.limits import LimitRows, Space
 from pnt_gym.planning.straight.release import aim_lines, choose_targets, release_at_elevation, stops_inside
+from pnt_gym.planning.straight.rows import StopRules
 from tests.tools.throws import same_bits
 
-COUNT, TARGETS, GRAVITY = 600, 5, 9.81
-SPACE = EllipticWorkspace(0.45, 0.80, -0.95, 0.0)
-RULES = [Rules(0.08, 0.0, 0.10, SPACE), Rules(0.0, 0.8, 0.05, SPACE), Rules(0.1, 0.0, 0.0, SPACE)]
+COUNT, TARGETS = 600, 5
+SPACE = Space(0.45, 0.80, -0.95, 0.0)
+RULES = [StopRules(0.08, 0.0, 0.10), StopRules(0.0, 0.8, 0.05), StopRules(0.1, 0.0, 0.0)]
 
 
 def throws(seed):
@@ -25,13 +25,10 @@ def throws(seed):
 def accepted(pick, target, limits, ceiling, rules, origin):
     """Plans to one target each, and which of them the rules accept: by the planner and a check of each moved target."""
     plans = plan_release_batch(pick, target, limits, ceiling=ceiling)
-    braking = limits.acceleration
-    if rules.gravity_share:
-        braking = np.minimum(braking, rules.gravity_share * GRAVITY / np.maximum(np.sin(plans.angle), 1e-3))
     way = target[:, :2] - origin[:, :2]
     shift = rules.reserve * way / np.sqrt((way**2).sum(axis=1))[:, None]
     shifts = shift if rules.reserve else None
-    return plans, stops_inside(pick, target, limits, plans, braking, rules.window, rules.workspace, shifts)
+    return plans, stops_inside(pick, target, limits, plans, rules, SPACE, shifts)
 
 
 @pytest.mark.parametrize("rules", RULES, ids=["plain", "shaped", "no reserve"])
@@ -39,7 +36,7 @@ def accepted(pick, target, limits, ceiling, rules, origin):
 def test_each_object_gets_the_first_target_that_is_accepted_and_the_last_where_none_is(rules, ahead):
     origin, target, limits, ceiling, may_throw = throws(3)
     pick = origin + np.array([ahead, 0.0, 0.0])
-    choice = choose_targets(pick, target, limits, ceiling, rules, origin, may_throw)
+    choice = choose_targets(pick, target, limits, ceiling, (rules, SPACE), origin, may_throw)
     one_by_one = [accepted(pick, target[:, k], limits, ceiling, rules, origin) for k in range(TARGETS)]
     good = np.array([is_good for _, is_good in one_by_one]) & may_throw
     first = np.where(good.any(axis=0), good.argmax(axis=0), TARGETS - 1)

@@ -11,7 +11,7 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.placing import EllipseMover, is_at_rest
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
 from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
-from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.paths.arcs import PIECES
 from pnt_gym.planning.straight.plan import ReleaseBatch
 

@@ -25,8 +25,9 @@ from pnt_gym.planning.free.release import free_releases, greatest_height, turnin
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.ballistics import flight_time
 from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
+from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.scurve import accelerate, brake, brake_distance, coast
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.motion.transfer import PIECES
 from pnt_gym.planning.straight.plan import CONTACT, Reason, ReleaseBatch
 

@@ -19,9 +19,10 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
 from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.motion.kernel import strokes
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
-from pnt_gym.planning.motion.scurve import coast, rest_to_rest, stroke_time
-from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.planning.motion.rows import Segments
+from pnt_gym.planning.motion.scurve import coast, rest_to_rest
 from pnt_gym.planning.paths.arcs import PIECES, arc_segments
 from pnt_gym.planning.straight.plan import MIN_REACH, Reason, ReleaseBatch, TargetChoice
 from pnt_gym.planning.straight.release import release_at_elevation, release_at_point
@@ -318,7 +319,7 @@ def _at_height(points: Floats, height: Floats) -> Floats:
 def _after_lift(pick: Floats, release: ReleaseBatch, limits: Limits) -> ReleaseBatch:
     """Releases with the time of the lift added, for throws that begin above the picks."""
     rise = np.abs(_lift_points(pick, release)[:, 2] - pick[:, 2])
-    time = release.time + stroke_time(rise, *limits.arrays(len(pick)))
+    time = release.time + strokes(rise, limits.arrays(len(pick)))["time"]
     return release.replace(time=time, straight=np.zeros(len(pick), dtype=np.bool_))
 
 

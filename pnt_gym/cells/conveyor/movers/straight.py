@@ -14,17 +14,19 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, in_order, length, take
+from pnt_gym.arrays import Bools, Floats, in_order, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.motion import kernel
-from pnt_gym.planning.motion.intercept import meet_on_belt
+from pnt_gym.planning.motion.hunt import meet
+from pnt_gym.planning.motion.intercept import HORIZON
+from pnt_gym.planning.motion.kernel import go_back
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.motion.scurve import coast, cube_roots
-from pnt_gym.planning.motion.trajectory import Ends, JerkTrajectory, Lines, Segments
-from pnt_gym.planning.straight.plan import ReleaseBatch, Rules, TargetChoice
+from pnt_gym.planning.motion.rows import Hunt, Intercept, Segments
+from pnt_gym.planning.motion.scurve import coast
+from pnt_gym.planning.motion.trajectory import JerkTrajectory
+from pnt_gym.planning.straight.kernel import throw_motions
+from pnt_gym.planning.straight.plan import ReleaseBatch, TargetChoice
 from pnt_gym.planning.straight.release import (
     aim_lines,
     choose_targets,
@@ -32,6 +34,7 @@ from pnt_gym.planning.straight.release import (
     release_at_point,
     stops_inside,
 )
+from pnt_gym.planning.straight.rows import StopRules
 from pnt_gym.rows import Columns, Triple, field
 
 _LOWER_STEPS = 24
@@ -184,12 +187,12 @@ class StraightMover(Mover):
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
+        follow = config.motion.follow_through
         self._belt = config.belt
         self._clearance = config.motion.clearance
-        self._follow = config.motion.follow_through
         self._workspace = workspace
-        self._reserve = config.motion.reserve
-        self._rules = Rules(self._follow.window, self._follow.gravity_share or 0.0, self._reserve, workspace)
+        self._rules = StopRules(follow.window, follow.gravity_share or 0.0, config.motion.reserve)
+        self._space = workspace.space
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """Minimum-time releases: the exact optimum of the problem in Hassan et al. 2022."""
@@ -212,76 +215,46 @@ class StraightMover(Mover):
 
     def reserve(self, release: ReleaseBatch) -> Floats:
         """The reserve of the config, for all releases (N,) [m]."""
-        return np.full(len(release.speed), self._reserve)
+        return np.full(len(release.speed), self._rules.reserve)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which throws have a plan and stay inside the workspace until the hand has stopped."""
-        return self._stops_inside(pick, release.position, release, limits, None)
+        return stops_inside(pick, release.position, limits.arrays(len(pick)), release, self._rules, self._space)
 
     def accepts(self, context: Context, shift: Floats | None) -> Bools:
         """Which nominal plans stay inside the workspace, also at the same elevation to moved targets."""
-        return self._stops_inside(context.pick, context.target, context.plan, context.throw_limits, shift)
+        limits, moves = context.throw_limits.arrays(len(context.pick)), None if shift is None else shift[:, :2]
+        return stops_inside(context.pick, context.target, limits, context.plan, self._rules, self._space, moves)
 
     def choose_targets(
         self, pick: Floats, targets: Floats, limits: LimitRows, ceiling: Floats, origin: Floats, may_throw: Bools
     ) -> TargetChoice | None:
         """The first accepted throws, in machine code."""
-        return choose_targets(pick, targets, limits, ceiling, self._rules, origin, may_throw)
-
-    def _stops_inside(
-        self, pick: Floats, target: Floats, release: ReleaseBatch, limits: Limits, shift: Floats | None
-    ) -> Bools:
-        rows = limits.arrays(len(pick))
-        shifts = None if shift is None else shift[:, :2]
-        braking = self.braking_limits(release, rows).arrays(len(pick)).acceleration
-        return stops_inside(pick, target, rows, release, braking, self._follow.window, self._workspace, shifts)
+        return choose_targets(pick, targets, limits, ceiling, (self._rules, self._space), origin, may_throw)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions along the line from pick to release, through the window at constant velocity, and to a stop."""
-        count, rows = len(pick), limits.arrays(len(pick))
-        braking = self.braking_limits(release, rows).arrays(count).acceleration
-        pieces, roots = kernel.RUN_UP + kernel.STOPPING, cube_roots(2.0 * release.distance, rows.jerk)
-        segments = Segments(np.empty((count, pieces)), np.empty((count, pieces, 3)))
-        ends = Ends(np.empty(count), np.empty(count), np.empty((count, 3)))
-        lines = Lines(*in_order(release.direction, release.distance, release.speed))
-        motion = LimitRows(*in_order(*rows)), *in_order(braking, roots)
-        kernel.write_throws(*in_order(pick), lines, *motion, self._follow.window, segments, ends)
-        return ThrowMotion(ThrowMotion.zeros(count, pick=pick, roof=np.inf, **ends._asdict()), segments)
+        segments, ends = throw_motions(*in_order(pick, release.rows), limits.arrays(len(pick)), self._rules)
+        return ThrowMotion(ThrowMotion.zeros(len(pick), pick=pick, roof=np.inf, **ends._asdict()), segments)
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions straight to the point above the next pick, then down."""
-        return straight_back(motion.stop, next_pick, np.zeros(len(next_pick)), limits, self._clearance)
+        count = len(next_pick)
+        return go_back(*in_order(motion.stop, next_pick), np.zeros(count), limits.arrays(count), self._clearance)
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings of hands that move from rest to rest, without motions."""
-        rows, belt = limits.arrays(len(place)), self._belt
-        intercept = meet_on_belt(motion.stop, place, belt.speed, rows, self._clearance, belt.pick_x)
+        (low, high), speed, count = self._belt.pick_x, self._belt.speed, len(place)
+        ends = {"hand": motion.stop, "place": place, "belt": [speed, 0.0, 0.0], "clearance": self._clearance}
+        hunts = Hunt.zeros(count, low=low, high=high, **ends, **limits.arrays(count)._asdict())
+        intercept = Intercept(meet(hunts, 0, HORIZON))
         met = intercept.feasible
         position = np.where(met[:, None], intercept.position, place)
         return Meeting.at(position, np.where(met, intercept.time, 0.0), np.where(met, intercept.wait, 0.0), met, None)
 
     def approach(self, motion: ThrowMotion, meeting: Meeting, limits: Limits) -> Segments:
         """Motions straight to the points above the picks, the waits, and the descents."""
-        return straight_back(motion.stop, meeting.end, meeting.wait, limits, self._clearance)
-
-    def braking_limits(self, release: ReleaseBatch, limits: Limits) -> Limits:
-        """Limits of the braking: with `gravity_share`, the hand accelerates downwards by at most that share of g."""
-        if self._follow.gravity_share is None:
-            return limits
-        velocity, acceleration, jerk = limits.arrays(len(release.speed))
-        rise = np.maximum(np.sin(release.angle), 1e-3)
-        return LimitRows(velocity, np.minimum(acceleration, self._follow.gravity_share * GRAVITY / rise), jerk)
-
-
-def straight_back(stop: Floats, next_pick: Floats, wait: Floats, limits: Limits, clearance: float) -> Segments:
-    """Motions from rest at `stop` to above the next pick, a wait (N,) [s], and the vertical approach: 15 segments."""
-    count, rows = len(stop), LimitRows(*in_order(*limits.arrays(len(stop))))
-    back = Segments(np.empty((count, 2 * kernel.MOVE + 1)), np.empty((count, 2 * kernel.MOVE + 1, 3)))
-    above = next_pick + np.array([0.0, 0.0, clearance])
-    distances = np.array([length(above - stop), np.full(count, clearance)])
-    roots = np.ascontiguousarray(cube_roots(distances, rows.jerk))
-    kernel.write_returns(*in_order(stop, next_pick, wait), rows, roots, clearance, back)
-    return back
+        return go_back(motion.stop, meeting.end, meeting.wait, limits.arrays(len(meeting.wait)), self._clearance)
 
 
 def _lower_elevation(pick: Floats, goal: Floats, limits: LimitRows, angle: Floats, top: Floats) -> Floats:

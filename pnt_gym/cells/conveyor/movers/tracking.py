@@ -21,9 +21,10 @@ from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, ThrowMotion
+from pnt_gym.planning.motion.kernel import fade, grow, superpose
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
-from pnt_gym.planning.motion.riding import DOWNSTREAM, Fading, arrival_time
-from pnt_gym.planning.motion.trajectory import Segments, superpose
+from pnt_gym.planning.motion.riding import DOWNSTREAM, arrival_time
+from pnt_gym.planning.motion.rows import Fading, Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch, TargetChoice
 
 STOPPING: Final = ("straight",)
@@ -57,8 +58,6 @@ class TrackingMover(Mover):
         """Touches relative to the end points of motions from rest to rest (3,) [m]."""
         low, high = config.lift_x
         window = low - self._behind[0], high - self._behind[0]
-        self._last: tuple[Limits, Fading, LimitRows] | None = None
-        """Limits of the last fading with this fading and the limits that it leaves, for the next stage of a throw."""
         self._mover = mover(
             config.model_copy(update={"belt": config.belt.model_copy(update={"pick_x": window})}), workspace
         )
@@ -69,8 +68,8 @@ class TrackingMover(Mover):
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """The inner mover's releases from the virtual picks."""
-        fading, left = self._fade(limits, len(pick))
-        return self._mover.plan(_virtual_pick(pick, fading), target, left, ceiling)
+        fading = fade(limits.arrays(len(pick)), self._speed, 0.0)
+        return self._mover.plan(pick + fading.lead, target, fading.left, ceiling)
 
     def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """The inner mover's releases for moved targets (N, 3) [m]."""
@@ -86,32 +85,32 @@ class TrackingMover(Mover):
         While the belt's velocity fades, the hand stays inside the triangle of pick, virtual pick and the position
         at the end of the fading.
         """
-        fading, left = self._fade(limits, len(pick))
-        good = self._mover.is_feasible(_virtual_pick(pick, fading), release, left)
-        return good & fading.is_possible(limits) & self._workspace.contains(pick)
+        fading = fade(limits.arrays(len(pick)), self._speed, 0.0)
+        good = self._mover.is_feasible(pick + fading.lead, release, fading.left)
+        return good & fading.is_possible & self._workspace.contains(pick)
 
     def accepts(self, context: Context, shift: Floats | None) -> Bools:
         """Which nominal plans the robot can execute, also for moved targets."""
-        limits, good = context.throw_limits, self._mover.accepts(self._virtual_context(context), shift)
-        is_possible = self._fade(limits, len(good))[0].is_possible(limits)
+        good = self._mover.accepts(self._virtual_context(context), shift)
+        is_possible = fade(context.throw_limits.arrays(len(good)), self._speed, 0.0).is_possible
         return good & is_possible & self._workspace.contains(context.pick)
 
     def choose_targets(
         self, pick: Floats, targets: Floats, limits: LimitRows, ceiling: Floats, origin: Floats, may_throw: Bools
     ) -> TargetChoice | None:
         """The inner mover's choice, of throws from the virtual picks."""
-        fading, left = self._fade(limits, len(pick))
-        may_ride = may_throw & fading.is_possible(limits) & self._workspace.contains(pick)
-        return self._mover.choose_targets(_virtual_pick(pick, fading), targets, left, ceiling, origin, may_ride)
+        fading = fade(limits, self._speed, 0.0)
+        may_ride = may_throw & fading.is_possible & self._workspace.contains(pick)
+        return self._mover.choose_targets(pick + fading.lead, targets, fading.left, ceiling, origin, may_ride)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """The inner mover's motions plus the fading belt speed; a short motion is delayed until the speed has faded."""
-        fading, left = self._fade(limits, len(pick))
-        motion = self._mover.throw(_virtual_pick(pick, fading), release, left, ceiling)
+        fading = fade(limits.arrays(len(pick)), self._speed, 0.0)
+        motion = self._mover.throw(pick + fading.lead, release, fading.left, ceiling)
         delay = np.maximum(fading.time - motion.release_time, 0.0)
         return motion.replace(
             pick=pick,
-            segments=superpose(motion.segments.delay(delay), fading.fade_out()),
+            segments=superpose(motion.segments.delay(delay), grow(fading.time, -self._speed, 2)),
             release_time=motion.release_time + delay,
             stop_time=motion.stop_time + delay,
             pick_velocity=np.zeros((len(pick), 3)) + self._speed * DOWNSTREAM,
@@ -119,46 +118,40 @@ class TrackingMover(Mover):
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions to the touches of the objects that the hand lifts at next picks (N, 3) [m]."""
-        growing = self._growing(len(next_pick))
-        return _end_riding(self._mover.back(motion, next_pick - self._behind, growing.planning_limits(limits)), growing)
+        growing = fade(limits.arrays(len(next_pick)), self._speed, self._arrival)
+        return self._end_riding(self._mover.back(motion, next_pick - self._behind, growing.left), growing)
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings; a return is at least as long as the growth of the belt's speed."""
-        growing = self._growing(len(place))
-        meeting = self._mover.reach(motion, place - self._early, growing.planning_limits(limits))
+        growing = fade(limits.arrays(len(place)), self._speed, self._arrival)
+        meeting = self._mover.reach(motion, place - self._early, growing.left)
         time = meeting.time if meeting.back is None else meeting.back.durations.sum(axis=1)
         position, feasible = meeting.position + self._behind, meeting.feasible & (time >= growing.time)
         return meeting.replace(position=position, feasible=feasible)
 
     def approach(self, motion: ThrowMotion, meeting: Meeting, limits: Limits) -> Segments:
         """The inner mover's motions, onto the moving belt."""
-        growing = self._growing(len(meeting.time))
-        return _end_riding(self._mover.approach(motion, meeting, growing.planning_limits(limits)), growing)
-
-    def _growing(self, count: int) -> Fading:
-        return Fading(self._speed, np.zeros(count) + self._arrival)
-
-    def _fade(self, limits: Limits, count: int) -> tuple[Fading, LimitRows]:
-        """Fadings from hands with limits, and the limits that these leave to the inner mover."""
-        last = self._last
-        if last is not None and last[0] is limits and len(last[1].time) == count:
-            return last[1:]
-        fading = Fading.for_limits(limits, count, self._speed)
-        self._last = limits, fading, fading.planning_limits(limits)
-        return self._last[1:]
+        growing = fade(limits.arrays(len(meeting.time)), self._speed, self._arrival)
+        return self._end_riding(self._mover.approach(motion, meeting, growing.left), growing)
 
     def _virtual_context(self, context: Context) -> Context:
         """Picks as the inner mover needs them: at virtual points and with the remaining limits."""
-        fading, left = self._fade(context.throw_limits, len(context.pick))
-        return context.replace(pick=_virtual_pick(context.pick, fading), throw_limits=left)
+        fading = fade(context.throw_limits.arrays(len(context.pick)), self._speed, 0.0)
+        return context.replace(pick=context.pick + fading.lead, throw_limits=fading.left)
+
+    def _end_riding(self, back: Segments, growing: Fading) -> Segments:
+        """Returns that end at the belt's speed: the growing speed is added at their ends."""
+        growth = grow(growing.time, self._speed, 3)
+        growth.durations[:, 0] = np.maximum(back.durations.sum(axis=1) - growing.time, 0.0)
+        return superpose(back, growth)
 
 
 def stop_motion(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:
     """Motions of empty hands that ride at picks (N, 3) [m] with a belt speed [m/s], and stop downstream."""
-    fading = Fading.for_limits(limits, len(pick), speed)
-    return ThrowMotion.resting(_virtual_pick(pick, fading)).replace(
+    fading = fade(limits.arrays(len(pick)), speed, 0.0)
+    return ThrowMotion.resting(pick + fading.lead).replace(
         pick=pick,
-        segments=fading.fade_out(),
+        segments=grow(fading.time, -speed, 2),
         stop_time=fading.time,
         pick_velocity=np.tile(speed * DOWNSTREAM, (len(pick), 1)),
     )
@@ -168,13 +161,3 @@ def empty_motion(pick: Floats, limits: Limits, belt: Belt, columns: int) -> Thro
     """Motions of empty hands at picks (N, 3) [m]: at rest, or a stop if they ride; padded to `columns` segments."""
     resting = stop_motion(pick, limits, belt.speed) if belt.tracking else ThrowMotion.resting(pick)
     return resting.replace(segments=resting.segments.pad(columns))
-
-
-def _virtual_pick(pick: Floats, fading: Fading) -> Floats:
-    """Virtual picks (N, 3) [m], at which the inner mover's throws begin from rest."""
-    return pick + fading.lead
-
-
-def _end_riding(back: Segments, growing: Fading) -> Segments:
-    """Returns that end at the belt's speed: the growing speed is added at their ends."""
-    return superpose(back, growing.fade_in(np.maximum(back.durations.sum(axis=1) - growing.time, 0.0)))

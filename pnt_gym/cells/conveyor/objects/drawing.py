@@ -47,14 +47,14 @@ class SideDraws:
     """Draw of the item that the classifier sees."""
     fill: Floats
     """Draw of the content of each bin, S + (B,)."""
-    contact: Floats
-    """Standard normal draws of restitution, friction and blown air, S + (3,)."""
+    spread: Floats
+    """Standard normal draws of restitution, friction, blown air and residue, S + (4,)."""
 
     @classmethod
     def none(cls, config: ConveyorConfig, *shape: int) -> SideDraws:
-        """Draws with which no pick fails, all bins are empty, and contacts are those of the catalogue."""
+        """Draws with which no pick fails, all bins are empty, and contacts and air have their medians."""
         empty = np.zeros((*shape, max(len(config.bins.fixed), 1)))
-        return cls(np.ones(shape), np.zeros(shape), empty, np.zeros((*shape, 3)))
+        return cls(np.ones(shape), np.zeros(shape), empty, np.zeros((*shape, 4)))
 
 
 @final
@@ -70,9 +70,8 @@ class ObjectMaker:
         self._config, self._table = config, table
         spread, noise, belt = config.spread, config.noise, config.belt
         cell = CellNumbers.zeros(
-            1, mismatch=config.mismatch, residue_chance=spread.residue_chance, residue=spread.residue,
-            com_depth=spread.com_depth, height=spread.height, grasp=spread.grasp, yaw=spread.yaw,
-            belt_speed=spread.belt_speed, spin=spread.spin, spin_per_offset=spread.spin_per_offset,
+            1, mismatch=config.mismatch, com_depth=spread.com_depth, height=spread.height, grasp=spread.grasp,
+            yaw=spread.yaw, belt_speed=spread.belt_speed, spin=spread.spin, spin_per_offset=spread.spin_per_offset,
             size_noise=noise.size, yaw_noise=noise.yaw, grasp_noise=noise.grasp, jitter=config.suction.jitter,
             fitted=config.cup.fitted, lane_y=belt.lane_y, spacing=belt.spacing, **cup_numbers(config),
         )  # fmt: skip
@@ -85,8 +84,9 @@ class ObjectMaker:
         )
         self._scales = np.array([spread.mass, spread.seal, spread.drag, noise.mass, noise.seal])
         """Spreads of the logarithms of mass, seal, drag and of their measurements."""
-        self._contact_scales = np.array([spread.restitution, spread.friction, spread.blow_off])
-        """Spreads of the logarithms of restitution, friction and the speed of blown air."""
+        hidden = config.mismatch * np.array([spread.restitution, spread.friction])
+        self._side_scales = np.array([*hidden, spread.blow_off, spread.residue])
+        """Spreads of the logarithms of restitution, friction, the speed of blown air and the residue."""
 
     def make(self, normals: Floats, uniforms: Floats, side_draws: SideDraws) -> Objects:
         """Objects S from standard normal draws S + (NORMALS,), uniform draws S + (UNIFORMS,) and side draws S."""
@@ -96,10 +96,12 @@ class ObjectMaker:
         aside["pick"], aside["seen"] = side_draws.pick, side_draws.seen
         z, u, made = _rows(normals, Normals), _rows(uniforms, Uniforms), rows.reshape(-1)
         # Exponential factors; spreads are log-normal, so values stay positive.
-        spread, doubles, exponents = config.spread, words(z), np.empty((len(z), 11))
+        spread, doubles, exponents = config.spread, words(z), np.empty((len(z), 12))
         exponents[:, :5] = self._scales * doubles[:, _SPREAD_COLUMNS]
-        exponents[:, 5:8] = self._contact_scales * side_draws.contact.reshape(-1, 3)
-        exponents[:, 8:] = spread.size * doubles[:, 1:2] + spread.size_axis * doubles[:, 2:5]
+        exponents[:, 5:9] = self._side_scales * side_draws.spread.reshape(-1, 4)
+        # The residue of an item is a mean, the other values are medians.
+        exponents[:, 8] -= spread.residue**2 / 2.0
+        exponents[:, 9:] = spread.size * doubles[:, 1:2] + spread.size_axis * doubles[:, 2:5]
         factors = _rows(np.exp(exponents), Factors)
         kernel.draw_objects(StandardDraws(z, u, aside.reshape(-1), factors), self._mix, made)
         seal, mass = made["seal"], made["mass"]

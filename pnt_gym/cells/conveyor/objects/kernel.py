@@ -46,8 +46,7 @@ def _write_truth(made: Any, z: Any, u: Any, factors: Any, item: Any, cell: Any) 
         # A cylinder keeps one diameter.
         factor = factors.size[2 if item.shape == CYLINDER and axis == 1 else axis]
         made.size[axis] = item.size[axis] * factor
-    leftover = item.container and u.chance < cell.residue_chance
-    residue = cell.residue * u.residue if leftover else 0.0
+    residue = item.residue * factors.residue
     made.mass = item.mass * factors.mass * (1.0 + residue)
     made.drag, made.seal = item.drag * factors.drag, item.seal_force * factors.seal
     made.restitution, made.friction = min(item.restitution * factors.restitution, 1.0), item.friction * factors.friction

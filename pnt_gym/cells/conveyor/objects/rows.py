@@ -39,10 +39,9 @@ class Uniforms(Row):
     lane: float = field("-", "place across the belt")
     gap: float = field("-", "distance to the object before this one")
     yaw: float = field("-", "yaw")
-    chance: float = field("-", "whether a container is not empty")
-    residue: float = field("-", "content of a container")
+    unused: Pair = field("-", "drawn, and not used")
     percent: float = field("-", "speed setting")
-    unused: float = field("-", "drawn, and not used")
+    further: float = field("-", "drawn, and not used")
     place: Quadruple = field("-", "places of a pick without a belt")
     bin: Annotated[Floats, (TARGET_DRAWS, 3)] = field("-", "the object's bin")
 
@@ -59,6 +58,7 @@ class Factors(Row):
     restitution: float = field("-", "factor of the restitution")
     friction: float = field("-", "factor of the friction of contacts")
     blow_off: float = field("-", "factor of the speed that blown air gives")
+    residue: float = field("-", "residue over the item's mean")
     size: Triple = field("-", "factors of the extents")
 
 
@@ -80,7 +80,7 @@ class ItemRow(Row):
     drag: float = field("-", "coefficient of the drag")
     com_depth: float = field("-", "centre of mass below the top, as a share of the height")
     seal_force: float = field("N", "force of the vacuum")
-    container: bool = field("-", "whether the item may have a content")
+    residue: float = field("-", "mean content over the mass of the empty item")
     friction: float = field("-", "friction of contacts")
     rolling_friction: float = field("m", "rolling friction of contacts")
     restitution: float = field("-", "rebound speed over impact speed")
@@ -94,8 +94,6 @@ class CellNumbers(Row):
     """Numbers of a cell: spreads and noises of its sections `spread` and `noise`, cup and belt."""
 
     mismatch: float = field("-", "factor of all hidden effects")
-    residue_chance: float = field("-", "share of containers that are not empty")
-    residue: float = field("-", "largest content over the mass of the empty container")
     com_depth: float = field("-", "spread of the centre of mass, as a share of the height")
     height: float = field("m", "spread of the centre of mass that the planner does not know")
     grasp: float = field("m", "spread of the grasp offset")

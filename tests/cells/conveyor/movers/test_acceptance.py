@@ -6,7 +6,7 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.planning.motion.riding import Fading
+from pnt_gym.planning.motion.kernel import fade
 from tests.tools.throws import same_bits
 
 LEVELS = [
@@ -39,7 +39,7 @@ def stays_inside(planner, context, release):
     belt = planner.config.belt
     if belt.tracking:
         virtual, limits = throws.pick.copy(), throws.throw_limits
-        virtual[:, 0] += Fading.for_limits(limits, len(rows), belt.speed).way
+        virtual += fade(limits, belt.speed, 0.0).lead
         inside[rows] &= planner.workspace.contains(virtual)
     return inside
 

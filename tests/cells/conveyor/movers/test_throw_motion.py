@@ -80,12 +80,15 @@ def test_shaped_braking_keeps_the_hand_above_a_falling_object():
 
 
 def test_braking_is_never_harder_than_the_limits():
-    _, release, limits, *_ = random_throws(6)
-    soft = straight_mover(FollowThrough(gravity_share=0.5)).braking_limits(release, limits).arrays(len(release))
-    full = limits.arrays(len(release))
-    assert (soft[1] <= full[1]).all()
-    assert (soft[1] * np.sin(release.angle) <= 0.5 * 9.81 * (1 + 1e-9)).all()
-    assert straight_mover(FollowThrough()).braking_limits(release, limits) is limits
+    pick, release, limits, *_ = random_throws(6)
+    steep, full = release.angle > 0.01, limits.arrays(len(release)).acceleration
+    for share in (0.5, None):
+        motion = straight_motion(pick, release, limits, FollowThrough(gravity_share=share))
+        last = motion.segments.durations[:, 5:, None] * motion.segments.jerks[:, 5:]
+        hardest = np.abs(np.cumsum(last, axis=1)).max(axis=1)
+        assert (np.linalg.norm(hardest, axis=1) <= full * (1 + 1e-9)).all()
+        falls_softly = hardest[:, 2] <= 0.5 * 9.81 * (1 + 1e-9)
+        assert falls_softly[steep].all() if share else not falls_softly[steep].all()
 
 
 def test_staying_inside_is_about_pick_release_and_stop():

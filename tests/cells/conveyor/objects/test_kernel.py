@@ -39,7 +39,7 @@ def draws(config, seed):
     bins = max(len(config.bins.fixed), 1)
     uniform = random.random((COUNT, 2)), random.random((COUNT, 2)), random.random((COUNT, 2, bins))
     normals, uniforms = random.standard_normal((COUNT, 2, NORMALS)), random.random((COUNT, 2, UNIFORMS))
-    return normals, uniforms, SideDraws(*uniform, random.standard_normal((COUNT, 2, 3)))
+    return normals, uniforms, SideDraws(*uniform, random.standard_normal((COUNT, 2, 4)))
 
 
 def kinds(config, u, side):
@@ -61,8 +61,9 @@ def values(config, table, z, u, side):
     axes = spread.size_axis * z[..., 2:5]
     axes[..., 1] = np.where(table.shape[kind] == CYLINDER, axes[..., 2], axes[..., 1])
     size = table.size[kind] * np.exp(spread.size * z[..., 1:2] + axes)
-    leftover = table.container[kind] & (u[..., 4] < spread.residue_chance)
-    residue = np.where(leftover, spread.residue * u[..., 5], 0.0)
+    side_scales = np.array([m * spread.restitution, m * spread.friction, spread.blow_off, spread.residue])
+    factors = np.exp(side_scales * side.spread - [0.0, 0.0, 0.0, spread.residue**2 / 2.0])
+    residue = table.residue[kind] * factors[..., 3]
     mass = table.mass[kind] * np.exp(spread.mass * z[..., 0]) * (1.0 + residue)
     seal = table.seal_force[kind] * np.exp(spread.seal * z[..., 6])
     share = table.com_depth[kind] + spread.com_depth * z[..., 7] + 0.12 * residue / (1.0 + residue)
@@ -71,7 +72,6 @@ def values(config, table, z, u, side):
     yaw = spread.yaw * (2.0 * u[..., 3] - 1.0)
     valve, tau = np.full(kind.shape, config.suction.valve), np.full(kind.shape, config.suction.tau)
     delay = release_delay(seal, mass, valve, tau, config.suction) + table.clings[kind]
-    contact = np.exp(np.array([spread.restitution, spread.friction, spread.blow_off]) * side.contact)
     measured_size = np.maximum(size + noise.size * z[..., 16:19], 0.005)
     measured_size[..., 2] = size[..., 2]
     percent = np.array(config.limits.percent)
@@ -89,13 +89,13 @@ def values(config, table, z, u, side):
         "tau": tau,
         "delay": np.maximum(m * delay + jitter, 0.0),
         "jitter": jitter,
-        "friction": table.friction[kind] * contact[..., 1],
+        "friction": table.friction[kind] * factors[..., 1],
         "cup_friction": table.cup_friction[kind],
         "cup_radius": np.where(config.cup.fitted, table.cup_radius[kind], CUP_RADIUS),
         "rolling_friction": table.rolling_friction[kind],
         "stiffness": np.full(kind.shape, np.inf if config.cup.stiffness is None else config.cup.stiffness),
-        "blow_off": config.cup.blow_off * contact[..., 2],
-        "restitution": np.minimum(table.restitution[kind] * contact[..., 0], 1.0),
+        "blow_off": config.cup.blow_off * factors[..., 2],
+        "restitution": np.minimum(table.restitution[kind] * factors[..., 0], 1.0),
         "yaw": yaw,
         "grasp": grasp,
         "belt_error": m * spread.belt_speed * z[..., 11],
