@@ -1,7 +1,7 @@
 """A filter that knows the physics: a posterior over the numbers of a cell, updated at each landing that was seen.
 
 The numbers are those in which cells differ (`HiddenCell`) and that act on a flight, and an offset of the belt's camera.
-Their priors are normal, with means and variances of the ranges of a level. The stiffness of the lip acts through the
+Their priors are normal, with means of the ranges of a level and deviations somewhat wider. The stiffness of the lip acts through the
 phase of a swing, which repeats, so a few stiffnesses are hypotheses beside each other: each has an extended Kalman
 filter of all other numbers, linear about its estimate, and a weight by how well it predicted the landings (Alspach and
 Sorenson 1972, Gaussian sums). Predictions are flights of the model of `agents.fit`, from what an observation says.
@@ -37,6 +37,8 @@ FLOWN: Final = 4
 """Numbers of `NUMBERS` whose effects are flown; the others act through the place of the grasp."""
 PLACE: Final = 0.008
 """Standard deviation of the belt camera's offset along and across the belt, as on level `day` [m]."""
+WIDER: Final = 1.5
+"""Factor of the widths of the ranges: a cell may lie outside of them; on level `cells` a wider prior costs 0.2 mm."""
 LIPS: Final = 3
 """Stiffnesses of the lip that are hypotheses."""
 SCATTER: Final = (0.012, 0.004)
@@ -83,10 +85,10 @@ class Posterior(Controller):
         self._config = config.model_copy(update={"timestep": TIMESTEP, "fidelity": "flight"})
         self._planner, self._correction = PickPlanner(self._config), correction
         low, high = np.array([ranges[name] for name in NUMBERS]).T
-        self._mean, self._sd = (low + high) / 2.0, (high - low) / np.sqrt(12.0)
+        self._mean, self._sd = (low + high) / 2.0, WIDER * (high - low) / np.sqrt(12.0)
         softest, stiffest = np.log(ranges["stiffness"])
-        share = (np.arange(LIPS) + 0.5) / LIPS
-        self._stiffness: Floats = np.exp(softest + share * (stiffest - softest))
+        place = WIDER * ((np.arange(LIPS) + 0.5) / LIPS - 0.5)
+        self._stiffness: Floats = np.exp((softest + stiffest) / 2.0 + place * (stiffest - softest))
         self.reset(0)
 
     def reset(self, seed: int) -> None:
