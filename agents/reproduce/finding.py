@@ -10,10 +10,10 @@ from typing import Any, Final, Literal, TypeAlias, final
 from ..ground.tables import Grid
 
 Value: TypeAlias = float | str | None
-Verdict: TypeAlias = Literal["reproduced", "differs", "misprint", "not reproducible", "infeasible", "ours"]
-Conditions: TypeAlias = Literal["paper", "ours", "unpublished", "infeasible"]
-"""Conditions of a computed figure: the paper's own; ours (another protocol, assumed scatter, other gains); conditions
-that the paper leaves out although they decide the figure; or conditions under which nothing feasible exists."""
+Verdict: TypeAlias = Literal["reproduced", "differs", "misprint", "not reproducible", "ours"]
+Conditions: TypeAlias = Literal["paper", "ours", "unpublished"]
+"""Conditions of a computed figure: the paper's own; ours (another protocol, assumed scatter, other gains); or those
+that the paper leaves out although they decide the figure."""
 
 
 def agree(published: Value, reproduced: Value, tolerance: float | None) -> bool:
@@ -93,21 +93,20 @@ class Row:
         quantity: str,
         published: Value,
         unit: str,
-        why: Literal["unpublished", "infeasible"],
         *,
         reproduced: Value = None,
         note: str,
         statement: str = "",
         **details: Any,
     ) -> Row:
-        """A figure of the paper that cannot be compared with one of ours; the note gives the reason in a sentence."""
-        return cls(quantity, published, reproduced, unit, note, conditions=why, statement=statement, details=details)
+        """A figure whose conditions the paper leaves out; the note says in a sentence which one is missing."""
+        return cls(
+            quantity, published, reproduced, unit, note, conditions="unpublished", statement=statement, details=details
+        )
 
     @property
     def verdict(self) -> Verdict:
         """Verdict from the two values, the tolerance and the conditions."""
-        if self.conditions == "infeasible":
-            return "infeasible"
         if self.conditions == "ours" or self.published is None:
             return "ours"
         if self.conditions == "unpublished" or self.reproduced is None:
@@ -134,7 +133,7 @@ class Row:
         return {**main, **self.details, **claim, **main}
 
 
-KINDEST_FIRST: Final[tuple[Verdict, ...]] = ("reproduced", "misprint", "differs", "not reproducible", "infeasible")
+KINDEST_FIRST: Final[tuple[Verdict, ...]] = ("reproduced", "misprint", "differs", "not reproducible")
 """Verdicts in the order in which one counts for a statement that several rows test: a paper is wrong only if it is
 wrong under every reading."""
 

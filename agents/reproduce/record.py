@@ -70,7 +70,7 @@ class RowForm(BaseModel):
     def _check_verdict(self) -> Self:
         agrees = self.holds or (self.holds is None and agree(self.published, self.reproduced, self.tolerance))
         says = {"reproduced": True, "differs": False, "misprint": False}.get(self.verdict, bool(agrees))
-        if says != bool(agrees) or (self.published is None and self.verdict not in ("ours", "infeasible")):
+        if says != bool(agrees) or (self.published is None and self.verdict != "ours"):
             raise ValueError(f"{self.quantity} has the verdict {self.verdict!r}, which its values do not give")
         return self
 

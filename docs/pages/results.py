@@ -11,7 +11,7 @@ from agents.reproduce.record import Record, verdicts
 from .marks import table
 
 RESULTS = ROOT / "results"
-VERDICTS: Final = ("reproduced", "differs", "misprint", "infeasible", "not reproducible", "ours, not compared")
+VERDICTS: Final = ("reproduced", "differs", "misprint", "not reproducible", "ours, not compared")
 """Order of the columns."""
 
 

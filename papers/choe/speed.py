@@ -130,7 +130,7 @@ def _time_rows() -> Iterator[Row]:
         "argued from rho, rho', rho'' over the angle, not over time, and neither period nor limits are given; here the "
         "largest jerk of that node list by third differences"
     )
-    yield Row.missing("choe/claim/smooth-motion", "smooth", "m/s3", "unpublished", reproduced=float(third), note=note)
+    yield Row.missing("choe/claim/smooth-motion", "smooth", "m/s3", reproduced=float(third), note=note)
 
 
 def nodes_figure() -> Figure:

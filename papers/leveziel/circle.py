@@ -91,7 +91,6 @@ def _share_rows(pixel: float) -> Iterator[Row]:
         "leveziel/circle/area",
         PUBLISHED,
         "-",
-        "unpublished",
         reproduced=f"{100.0 * home.area:.0f} %",
         note="the paper names no height, and the share depends on it: of the reduced workspace's section at -45 deg "
         f"and z = -200 mm; at z = -240 mm it has {100.0 * lower.area:.1f} % of the section's area but does not fit: "

@@ -114,7 +114,6 @@ def _size_rows(step: float) -> Iterator[Row]:
         "leveziel/workspace/positions",
         float(PAPER_COUNT),
         "-",
-        "unpublished",
         reproduced=float(len(space.positions)),
         note=f"positions of the reduced workspace at -45 deg with a step of {1e3 * step:.2f} mm; neither step nor "
         f"angle is printed, and round steps give {_format_counts(counts)} at -45 deg and "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self, final
+from typing import final
 
 import numpy as np
 
@@ -55,12 +55,6 @@ class PlannedResults:
     """The object is put down at its bin, not thrown (N,)."""
     disturbed: Bools
     """The object sweeps through another object on the belt (N,)."""
-
-    @classmethod
-    def without_belt(cls, count: int) -> Self:
-        """Results of throws without a wait and without a belt."""
-        never = np.zeros(count, dtype=np.bool_)
-        return cls(np.zeros(count), np.zeros(count, dtype=np.int64), never, never)
 
 
 @final

@@ -77,18 +77,6 @@ def joint_knots(
     return JointMotion(np.arctan2(sin, cos), *rates)
 
 
-def exact_references(knots: JointMotion) -> Floats:
-    """References without interpolation, one exact sample per knot.
-
-    Returns:
-        (N, K, 12) controls [position, velocity, torque] of motors 0 to 3; NaN where out of reach.
-    """
-    out = np.empty((*knots.position.shape[1:], N_CONTROLS))
-    for channel, values in enumerate((knots.position, knots.velocity, knots.torque)):
-        out[..., channel::3] = values.transpose(1, 2, 0)
-    return out
-
-
 def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Floats:
     """Fill a control array from knots, sample k at time k * spacing / stride (the start of physics step k).
 

@@ -133,7 +133,7 @@ def test_a_record_holds_what_parts_and_overview_gave(monkeypatch: pytest.MonkeyP
     rows = (
         Row.compared("hassan/a", 1.0, 1.1, "m", within=0.2, more=[1, 2]),
         Row.compared("hassan/b", 1.0, 1.3, "m", within=0.2),
-        Row.missing("c", None, "m", "infeasible", note="why"),
+        Row.ours("c", None, "m", note="why"),
         Row.ours("d", 2.0, "m", beside=3.0),
     )
     grid = Grid("Of a part", ["figure"], [["x"]])
@@ -144,7 +144,7 @@ def test_a_record_holds_what_parts_and_overview_gave(monkeypatch: pytest.MonkeyP
     made, drawings = assemble("command", found)
     assert made["rows"] == [{**row.as_json(), "paper": "hassan"} for row in rows]
     assert made["rows"][0]["more"] == [1, 2]
-    assert [row["verdict"] for row in made["rows"]] == ["reproduced", "differs", "infeasible", "ours"]
+    assert [row["verdict"] for row in made["rows"]] == ["reproduced", "differs", "ours", "ours"]
     assert [row["tolerance"] for row in made["rows"]] == [0.2, 0.2, None, None]
     assert (made["titles"], made["data"]) == ({"hassan": "Small 2026"}, {"hassan": {"x": 1}})
     assert made["grids"] == {"hassan": [{"headline": "Of a part", "header": ["figure"], "rows": [["x"]], "note": ""}]}

@@ -51,8 +51,7 @@ def test_a_claim_in_words_is_judged_by_whether_it_holds(holds: bool, explained: 
 
 def test_figures_of_ours_and_missing_ones_are_not_judged() -> None:
     assert Row.ours("a", 1.0, "m", beside=1.0).verdict == "ours"
-    assert Row.missing("a", 1.0, "m", "unpublished", reproduced=1.0, note="why").verdict == "not reproducible"
-    assert Row.missing("a", None, "m", "infeasible", note="why").verdict == "infeasible"
+    assert Row.missing("a", 1.0, "m", reproduced=1.0, note="why").verdict == "not reproducible"
 
 
 def test_a_statement_counts_once_and_differs_only_if_it_differs_under_every_reading() -> None:
@@ -60,7 +59,7 @@ def test_a_statement_counts_once_and_differs_only_if_it_differs_under_every_read
         Row.compared("a/first", 1.0, 2.0, "m", statement="a"),
         Row.compared("a/second", 1.0, 1.0, "m", statement="a"),
         Row.compared("b/first", 1.0, 2.0, "m", statement="b"),
-        Row.missing("b/second", 1.0, "m", "unpublished", note="why", statement="b"),
+        Row.missing("b/second", 1.0, "m", note="why", statement="b"),
         Row.compared("c", 1.0, 2.0, "m").explain(1.0),
         Row.ours("b/third", 1.0, "m", beside=1.0),
     ]

@@ -21,7 +21,8 @@ def flown() -> SimulatedThrows:
 
 def judged(flown, **changes):
     moved = replace(flown, touchdown=flown.touchdown._replace(**changes))
-    waiting = replace(PlannedResults.without_belt(COUNT), wait_time=np.full(COUNT, 0.1))
+    never = np.zeros(COUNT, dtype=np.bool_)
+    waiting = PlannedResults(np.full(COUNT, 0.1), np.zeros(COUNT, dtype=np.int64), never, never)
     return judge(moved, CONTEXT, CONFIG, CONFIG.acceptance(), np.full(COUNT, 0.9), waiting)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.robots.t3kr.kinematics import forward_kinematics, inverse_kinematics
-from pnt_gym.robots.t3kr.references import exact_references, joint_knots, knot_count, upsample
+from pnt_gym.robots.t3kr.references import joint_knots, knot_count, upsample
 from tests.tools.t3kr import joint_velocity, motor_torque
 
 SPACING, STRIDE = 0.004, 4
@@ -19,6 +19,14 @@ def motions(rows, times, seed=0):
     return centre + size * np.sin(phase), size * rate * np.cos(phase), -size * rate**2 * np.sin(phase)
 
 
+def exact_controls(knots):
+    """Controls (N, K, 12) of motors 0 to 3, one sample for each knot."""
+    out = np.empty((*knots.position.shape[1:], 12))
+    for channel, values in enumerate((knots.position, knots.velocity, knots.torque)):
+        out[..., channel::3] = values.transpose(1, 2, 0)
+    return out
+
+
 def sampled(rows, steps, stride=STRIDE, payload=0.02, select=slice(None)):
     times = np.arange(knot_count(steps, stride)) * SPACING
     motion = (part[select] for part in motions(rows, times))
@@ -26,19 +34,18 @@ def sampled(rows, steps, stride=STRIDE, payload=0.02, select=slice(None)):
     return upsample(knots, SPACING, stride, np.empty((knots.position.shape[1], steps, 12)))
 
 
-def test_exact_references_are_kinematics_and_dynamics():
+def test_knots_are_kinematics_and_dynamics():
     x, v, a = motions(3, np.linspace(0.0, 0.5, 50))
-    controls = exact_references(joint_knots(x, v, a, 0.1))
-    assert controls.shape == (3, 50, 12)
-    np.testing.assert_array_equal(controls[..., 0::3], inverse_kinematics(x))
-    np.testing.assert_array_equal(controls[..., 1::3], joint_velocity(x, v))
-    np.testing.assert_array_equal(controls[..., 2::3], motor_torque(x, v, a, 0.1))
+    knots = joint_knots(x, v, a, 0.1)
+    np.testing.assert_array_equal(np.moveaxis(knots.position, 0, -1), inverse_kinematics(x))
+    np.testing.assert_array_equal(np.moveaxis(knots.velocity, 0, -1), joint_velocity(x, v))
+    np.testing.assert_array_equal(np.moveaxis(knots.torque, 0, -1), motor_torque(x, v, a, 0.1))
 
 
 @pytest.mark.parametrize("stride", [1, 4, 10])
 def test_samples_on_knots_are_exact_and_between_them_close(stride):
     steps = 10 * stride + 3
-    fine = exact_references(joint_knots(*motions(5, np.arange(steps) * SPACING / stride), 0.02))
+    fine = exact_controls(joint_knots(*motions(5, np.arange(steps) * SPACING / stride), 0.02))
     out = sampled(5, steps, stride)
     np.testing.assert_allclose(out[:, ::stride], fine[:, ::stride], rtol=0, atol=1e-12)
     tcp, wanted = forward_kinematics(out[..., 0::3]), motions(5, np.arange(steps) * SPACING / stride)[0]
