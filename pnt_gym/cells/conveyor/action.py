@@ -151,17 +151,12 @@ _ALL_MODES: Final = by_name(
 )
 
 
-def modes_of(config: ConveyorConfig) -> Modes:
-    """The action modes of a cell, the default first."""
-    return _modes_for(config.planner)
-
-
-def _modes_for(planner: str) -> Modes:
-    """The action modes that exist for a planner."""
+def modes_of(planner: str) -> Modes:
+    """The action modes of cells with a planner, the default first."""
     return {name: mode for name, mode in _ALL_MODES.items() if not mode.planners or planner in mode.planners}
 
 
-MODES: Final = _modes_for(STRAIGHT_PLANNERS[0])
+MODES: Final = modes_of(STRAIGHT_PLANNERS[0])
 """Action modes for the default planner."""
 
 
@@ -173,7 +168,7 @@ def correction(config: ConveyorConfig, mode: str, info_errors: tuple[str, ...] =
         mode: name of the action mode.
         info_errors: info keys of measured landing errors; empty: the true errors.
     """
-    if not mode_of(modes_of(config), mode).errors:
+    if not mode_of(modes_of(config.planner), mode).errors:
         return None
     return Correction(
         errors=ERRORS,

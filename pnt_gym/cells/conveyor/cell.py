@@ -79,7 +79,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         self._source_kind = source or (IndependentPicks if picks == "independent" else BeltPicks)
         self.terminates = picks == "independent"
         self.episode = 1 if self.terminates else config.picks_per_shift
-        self.modes = modes_of(config)
+        self.modes = modes_of(config.planner)
         self.item_names = config.items
         self.target_names = tuple(fixed.name for fixed in config.bins.fixed)
         self.dwell = config.motion.dwell

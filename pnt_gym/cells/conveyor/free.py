@@ -163,8 +163,11 @@ def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats) -> tuple[Floats
         The crossings (N, 2) [m], the states every `clock.stride` steps until then (N, K, STATE), and the number of
         steps (N,).
     """
-    step, stride = clock.step, clock.stride
-    state, steps = _release_states(clock), np.zeros(len(rim), dtype=np.int64)
+    step, stride, parting, steps = clock.step, clock.stride, clock.parting, np.zeros(len(rim), dtype=np.int64)
+    # States at the release from the planned hands; the engine's velocities belong to the middle of the step before.
+    hand = clock.path.sample(clock.free_at[:, None] - np.array([0.0, step / 2.0]))
+    place = hand.position[:, 0] + clock.offset + parting.centre
+    state = np.concatenate([place, parting.attitude, hand.velocity[:, 1] + parting.velocity, parting.rate], axis=1)
     records = np.empty((len(rim), int((clock.end - clock.release).max()) // stride + 2, STATE))
     freefall.fly_down(state, flying, rim, step, stride, records, steps)
     # The last step undone: semi-implicit Euler moves by the velocity at the step's end.
@@ -178,12 +181,3 @@ def farthest_points(context: Context) -> Floats:
     full, depth = context.objects.extents, context.objects.com_depth
     # Half the diagonal plus the offset.
     return length(full) / 2.0 + np.abs(depth - full[:, 2] / 2.0)
-
-
-def _release_states(clock: ThrowClock) -> Floats:
-    """States of objects at their release from the planned hands (N, STATE)."""
-    # The engine's velocities belong to the middle of the step before.
-    times, parting = clock.free_at[:, None] - np.array([0.0, clock.step / 2.0]), clock.parting
-    hand = clock.path.sample(times)
-    place = hand.position[:, 0] + clock.offset + parting.centre
-    return np.concatenate([place, parting.attitude, hand.velocity[:, 1] + parting.velocity, parting.rate], axis=1)

@@ -15,7 +15,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.rows import Segments
-from pnt_gym.planning.motion.scurve import brake_distance
+from pnt_gym.planning.motion.scurve import brake, brake_distance
 
 SPEEDING: Final = 0.998
 """Greatest speed where two motions meet, as a share of the limit: at the limit itself a motion cannot turn."""
@@ -49,17 +49,15 @@ def approach_entry(limits: Limits, count: int, height: float) -> Entry:
     braking = (np.sqrt(jerk * stop) >= jerk * elapsed) & (stop <= SPEEDING * velocity)
     elapsed = np.where(braking, elapsed, 0.0)
     stop = np.where(braking, stop, np.minimum(_initial_speed(rows, elapsed, height), SPEEDING * velocity))
-    peak = np.minimum(np.sqrt(jerk * stop), acceleration)
     speed = stop - 0.5 * jerk * elapsed**2
     coasting = np.where(braking, 0.0, np.maximum(height - brake_distance(stop, rows), 0.0) / speed)
-    durations = np.stack([coasting, peak / jerk - elapsed, stop / peak - peak / jerk, peak / jerk], axis=1)
-    jerks = np.zeros((count, 4, 3))
-    jerks[:, :, 2] = jerk[:, None] * np.array([0.0, 1.0, 0.0, -1.0])
+    down = brake(np.tile([0.0, 0.0, -1.0], (count, 1)), stop, rows).delay(coasting)
+    down.durations[:, 1] = np.maximum(down.durations[:, 1] - elapsed, 0.0)
     zero = np.zeros(count)
     return Entry(
         velocity=np.stack([zero, zero, -speed], axis=1),
         acceleration=np.stack([zero, zero, jerk * elapsed], axis=1),
-        down=Segments(np.maximum(durations, 0.0), jerks),
+        down=down,
     )
 
 

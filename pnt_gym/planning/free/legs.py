@@ -112,7 +112,8 @@ def return_leg(
         band=band,
         shortest=shortest,
     )
-    moves = replace(moves, jerks=turn.rotate_back(moves.jerks))
+    back = _Rotation(turn.cosine[:, None], -turn.sine[:, None])
+    moves = replace(moves, jerks=back.rotate(moves.jerks))
     return _select_rows(moves, valid), down
 
 
@@ -130,15 +131,9 @@ class _Rotation(NamedTuple):
         return cls(np.where(moving, velocity[:, 0] / divisor, 1.0), velocity[:, 1] / divisor)
 
     def rotate(self, vectors: Floats) -> Floats:
-        """Vectors (N, 3) in the rotated axes."""
-        x, y = vectors[:, 0], vectors[:, 1]
-        return np.stack([self.cosine * x + self.sine * y, self.cosine * y - self.sine * x, vectors[:, 2]], axis=-1)
-
-    def rotate_back(self, vectors: Floats) -> Floats:
-        """Vectors (N, K, 3) from the rotated axes back in the original axes."""
+        """Vectors S + (3,) in the rotated axes."""
         x, y = vectors[..., 0], vectors[..., 1]
-        cosine, sine = self.cosine[:, None], self.sine[:, None]
-        return np.stack([cosine * x - sine * y, sine * x + cosine * y, vectors[..., 2]], axis=-1)
+        return np.stack([self.cosine * x + self.sine * y, self.cosine * y - self.sine * x, vectors[..., 2]], axis=-1)
 
 
 def _select_rows(moves: Transfers, rows: Bools) -> Transfers:

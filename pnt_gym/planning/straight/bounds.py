@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 from pnt_gym.arrays import Floats
 from pnt_gym.compiled import kernel_part
-from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.strokes import ramp_distance
 from pnt_gym.planning.straight.crossing import TINY, PlaneThrow, crossing, flight_time
 
@@ -60,10 +59,16 @@ def _slack(throw: PlaneThrow, box: Box, slope: float) -> float:
 
 @kernel_part
 def _room(throw: PlaneThrow, length: float, flight: float, distance: float) -> float:
-    """Slack [m] of the condition P <= ``distance``: negative exactly where the crossing lies beyond ``distance``."""
-    speed = max((length - distance) / max(flight, TINY), 0.0)
-    way = ramp_distance(min(speed, throw.velocity), throw.acceleration, throw.jerk)
-    return min(distance - way, flight * throw.velocity - (length - distance))
+    """Slack [m] of the condition P <= ``distance``: negative exactly where the crossing lies beyond ``distance``.
+
+    No branches, for vector instructions.
+    """
+    speed = (length - distance) / (flight if flight > TINY else TINY)
+    speed = speed if speed > 0.0 else 0.0
+    speed = speed if speed < throw.velocity else throw.velocity
+    room = distance - ramp_distance(speed, throw.acceleration, throw.jerk)
+    reserve = flight * throw.velocity - (length - distance)
+    return room if room < reserve else reserve
 
 
 @kernel_part
@@ -103,18 +108,11 @@ def _grid_point(best: float, foot: float, above: int, k: int) -> float:
 
 @kernel_part
 def _roof_slack(throw: PlaneThrow, high: float, slope: float) -> float:
-    """`_slack` of a ceiling alone, ``high`` above the pick, at a positive slope, without branches and calls."""
-    reach, rise, velocity, acceleration, jerk = throw
-    secant, drop = math.sqrt(1.0 + slope * slope), reach * slope - rise
-    length, flight = reach * secant, math.sqrt(2.0 * (drop if drop > 0.0 else 0.0) / GRAVITY)
-    distance = high * (secant / slope)
-    speed = (length - distance) / (flight if flight > TINY else TINY)
-    speed = speed if speed > 0.0 else 0.0
-    speed = speed if speed < velocity else velocity
-    short, long = speed * math.sqrt(speed / jerk), 0.5 * speed * (speed / acceleration + acceleration / jerk)
-    room = distance - (short if jerk * speed <= acceleration * acceleration else long)
-    reserve = flight * velocity - (length - distance)
-    return math.inf if distance >= length else (room if room < reserve else reserve)
+    """`_slack` of a ceiling alone, ``high`` above the pick, at a positive slope, without branches."""
+    secant = math.sqrt(1.0 + slope * slope)
+    length, distance = throw.reach * secant, high * (secant / slope)
+    room = _room(throw, length, flight_time(throw, slope), distance)
+    return math.inf if distance >= length else room
 
 
 @kernel_part

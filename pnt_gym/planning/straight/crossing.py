@@ -74,7 +74,8 @@ def lay_out(throw: Throw) -> tuple[PlaneThrow, float, float]:
 @kernel_part
 def flight_time(throw: PlaneThrow, slope: float) -> float:
     """Time of flight c [s] at the tangent ``slope`` of the elevation."""
-    return math.sqrt(2.0 * max(throw.reach * slope - throw.rise, 0.0) / GRAVITY)
+    drop = throw.reach * slope - throw.rise
+    return math.sqrt(2.0 * (drop if drop > 0.0 else 0.0) / GRAVITY)
 
 
 @kernel_part

@@ -10,7 +10,7 @@ from pnt_gym.cells.conveyor.action import FIXED_THROW, FIXED_WAY, FROM_PLANNER, 
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.observation import TABLE
 from pnt_gym.errors import ConfigError, PlanningError
-from tests.tools.throws import make_core, same_bits, vary
+from tests.tools.throws import make_core, same_bits
 
 COUNT, CEILING = 400, 0.10
 ENVS = ("PnTConveyor-v0", "PnTAdapt-v0", "PnTRelease-v0")
@@ -130,9 +130,9 @@ def test_one_cell_gives_the_bits_of_a_row(env_id):
 
 def test_the_mode_is_there_where_hands_move_straight():
     for planner in ("straight", "straight_flying"):
-        assert FIXED_THROW in modes_of(vary("nominal", planner=planner))
+        assert FIXED_THROW in modes_of(planner)
     for planner in ("free_direction", "horizontal", "pick_and_place", "ellipse", "auto"):
-        assert FIXED_THROW not in modes_of(vary("nominal", planner=planner))
+        assert FIXED_THROW not in modes_of(planner)
     with pytest.raises(ConfigError, match="unknown action_mode 'fixed_throw'; known are release_point"):
         gym.make("PnTRelease-v0", level="light", action_mode=FIXED_THROW)
 

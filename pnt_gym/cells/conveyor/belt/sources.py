@@ -119,13 +119,10 @@ class IndependentPicks(PickSource):
         y = belt.lane_y[0] + (belt.lane_y[1] - belt.lane_y[0]) * standing[:, 1]
         position = np.stack([x, y, np.full_like(x, belt.height + STANDING_HEIGHT)], axis=-1)
         back = self._planner.mover.back(motion, position, limits)
-        return NextPick(np.zeros_like(x), self._drawn_next(), back)
-
-    def _drawn_next(self) -> Context:
-        """First picks of all rows, drawn in those that are not held back; one of these stands in for the others."""
+        # First picks of all rows, drawn in those that are not held back; one of these stands in for the others.
         rows = np.flatnonzero(~self._held)
-        picks = self.first(rows)
-        return take(picks, stand_ins(rows, len(self._held)))
+        context = take(self.first(rows), stand_ins(rows, len(self._held)))
+        return NextPick(np.zeros_like(x), context, back)
 
     def _attempt(self, rows: Ints) -> tuple[Context, Bools]:
         return self._planner.plan(*self._planner.draw_picks(self._generators, rows))

@@ -112,6 +112,6 @@ def test_what_cannot_be_reached_by_the_hand_is_thrown_all_the_same():
 
 
 def test_only_auto_has_the_choice():
-    assert "throw_or_place" in modes_of(ConveyorConfig.load("light"))
+    assert "throw_or_place" in modes_of(ConveyorConfig.load("light").planner)
     with pytest.raises(ConfigError, match="unknown action_mode 'throw_or_place'; known are release_point"):
         gym.make("PnTRelease-v0", action_mode="throw_or_place")
