@@ -1,10 +1,11 @@
 """A filter that knows the physics: a posterior over the numbers of a cell, updated at each landing that was seen.
 
 The numbers are those in which cells differ (`HiddenCell`) and that act on a flight, and an offset of the belt's camera.
-Their priors are normal, with means of the ranges of a level and deviations somewhat wider. The stiffness of the lip acts through the
-phase of a swing, which repeats, so a few stiffnesses are hypotheses beside each other: each has an extended Kalman
-filter of all other numbers, linear about its estimate, and a weight by how well it predicted the landings (Alspach and
-Sorenson 1972, Gaussian sums). Predictions are flights of the model of `agents.fit`, from what an observation says.
+Their priors are normal, with means of the ranges of a level and deviations somewhat wider. The stiffness of the lip
+acts through the phase of a swing, which repeats, so a few stiffnesses are hypotheses beside each other: each has an
+extended Kalman filter of all other numbers, linear about its estimate, and a weight by how well it predicted the
+landings (Alspach and Sorenson 1972, Gaussian sums). Predictions are flights of the model of `agents.fit`, from what an
+observation says.
 """
 
 from __future__ import annotations
