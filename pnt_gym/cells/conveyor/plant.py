@@ -258,11 +258,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         control = np.zeros((len(rows), steps, self._controls))
         control[..., int(self.scene.model.nu) :] = 1.0
         stride = clock.stride
-        # After the end of a throw the reference stays constant: a hand that rides with the belt would ride out of reach
-        # until the longest throw ends. Interpolation up to the end needs one more knot behind it.
-        moments = np.arange(knot_count(steps, stride), dtype=np.int64) * stride
-        hand = clock.hand(np.minimum(moments, clock.end[:, None] + stride))
-        knots = joint_knots(*hand, geometry=self.scene.robot.geometry)
+        knots = self._knots(clock, np.arange(knot_count(steps, stride), dtype=np.int64) * stride)
         weak = 1.0 - self.config.mismatch * self.config.spread.feedforward
         knots = JointMotion(knots.position, knots.velocity, knots.acceleration, knots.torque * weak)
         upsample(knots, stride * clock.step, stride, control)
@@ -275,6 +271,13 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         push = context.objects.mass * clock.parting.push / clock.step
         control[np.arange(len(rows)), clock.release, self.scene.push_controls] = push[:, None]
         return control
+
+    def _knots(self, clock: ThrowClock, steps: Ints) -> JointMotion:
+        """References of the motors at steps (K,); after the end of a throw the reference stays constant."""
+        # Without the limit a hand that rides with the belt would ride on until the longest throw ends, out of reach.
+        # Interpolation up to the end needs one more knot behind it.
+        position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None] + clock.stride))
+        return joint_knots(position, velocity, acceleration, geometry=self.scene.robot.geometry)
 
 
 def _tracking_error(sensors: Floats, clock: ThrowClock) -> Floats:
