@@ -27,11 +27,12 @@ from ..ground.cli import UsageError
 from .protocol import Actions, Learner, Observation, Outcome, State, to_action
 
 GUESS: Final[Mapping[str, float]] = {
-    "valve": 0.008, "tau": 0.010, "blow_off": 0.0, "drag": 1.0, "camera_x": 0.0, "camera_y": 0.0, "encoder": 0.0, "stiffness": 1.0,
+    "valve": 0.008, "tau": 0.010, "blow_off": 0.0, "drag": 1.0, "camera_x": 0.0, "camera_y": 0.0,
+    "encoder": 0.0, "stiffness": 1.0,
 }  # fmt: skip
 """Numbers of a cell before its first throw, SI units: the middle of what valves (2 to 14 ms) and cups (5 to 20 ms; 0.3
-to 3 N m/rad) have, the catalogue's drag, no offsets and no blown air. The level's own numbers, which are the truth of a simulated
-cell, are not read."""
+to 3 N m/rad) have, the catalogue's drag, no offsets and no blown air. The level's own numbers, which are the truth of a
+simulated cell, are not read."""
 STEPS: Final = 2
 """Predictions of a throw, each followed by a step by the error it predicts; two leave 0.2 mm on `waste`."""
 GROWTH: Final = 2
