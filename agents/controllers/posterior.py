@@ -46,6 +46,8 @@ SCATTER: Final = (0.012, 0.004)
 masses, drag and jitter scatter beyond their gauges; measured on level `cells` [m]."""
 TURNING: Final = 0.02
 """Share of the weights that is given to all hypotheses alike at each landing, as no model is quite true."""
+ITERATIONS: Final = 2
+"""Predictions of a landing in an update; of cells far from the prior, flights at the prior's mean tell the wrong slopes."""
 STEP, GRASP_STEP = 0.3, 0.005
 """Steps of the differences, in standard scores of a number, and of the place of the grasp [m]."""
 TIMESTEP: Final = 0.001
@@ -131,8 +133,11 @@ class Posterior(Controller):
         model.aim(np.stack([values["last_shift_along"], values["last_shift_across"]], axis=1))
         error = np.stack([values["last_along"], values["last_across"]], axis=1)[rows, None]
         scores = self._filters.state[rows]
-        predicted, effect = self._slopes(model, scores, rows)
-        self._filters.learn(rows, effect, error - predicted + landing_offset(effect, scores))
+        for _ in range(ITERATIONS):  # each linear about the estimate of the one before
+            predicted, effect = self._slopes(model, scores, rows)
+            z = error - predicted + landing_offset(effect, scores)
+            scores = self._filters.updated(rows, effect, z)[0]
+        self._filters.learn(rows, effect, z)
 
     def _slopes(self, model: ThrowModel, scores: Floats, rows: Ints) -> tuple[Floats, Floats]:
         """Predicted errors of throws (M, H, 2) [m] at scores (M, H, S), and their slopes by the scores (M, H, 2, S)."""
