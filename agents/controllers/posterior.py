@@ -1,7 +1,7 @@
 """A filter that knows the physics: a posterior over the numbers of a cell, updated at each landing that was seen.
 
 The numbers are those in which cells differ (`HiddenCell`) and that act on a flight, and an offset of the belt's camera.
-Their priors are normal, with means of the ranges of a level and deviations somewhat wider. The stiffness of the lip acts through the
+Their priors are normal, with means of the ranges of a level and wider deviations. The lip's stiffness acts through the
 phase of a swing, which repeats, so a few stiffnesses are hypotheses beside each other: each has an extended Kalman
 filter of all other numbers, linear about its estimate, and a weight by how well it predicted the landings (Alspach and
 Sorenson 1972, Gaussian sums). Predictions are flights of the model of `agents.fit`, from what an observation says.
@@ -47,7 +47,7 @@ masses, drag and jitter scatter beyond their gauges; measured on level `cells` [
 TURNING: Final = 0.02
 """Share of the weights that is given to all hypotheses alike at each landing, as no model is quite true."""
 ITERATIONS: Final = 2
-"""Predictions of a landing in an update; of cells far from the prior, flights at the prior's mean tell the wrong slopes."""
+"""Predictions of a landing in an update: in cells far from the prior, the prior's mean has other slopes."""
 STEP, GRASP_STEP = 0.3, 0.005
 """Steps of the differences, in standard scores of a number, and of the place of the grasp [m]."""
 TIMESTEP: Final = 0.001
