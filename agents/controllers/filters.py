@@ -66,7 +66,7 @@ class Filters:
         self.state[at], self.spread[at], self.belief[at] = state, spread, belief
 
     def updated(self, at: Ints | tuple[Ints, ...], effect: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
-        """Estimates, covariances and log-likelihoods of N sets after landings as `learn` takes them, without a change."""
+        """Estimates, covariances and log-likelihoods of N sets after landings as of `learn`; the sets do not change."""
         return update(self.state[at], self.spread[at], effect, z, self._noise)
 
     def add_walk(self) -> None:

@@ -26,7 +26,7 @@ class ShippedPolicy:
     """A policy that ships."""
 
     place: str
-    """Its run folder, or the file of a scorer, below results/policies; or the level that is the prior of a filter, by name."""
+    """Run folder, or file of a scorer, below results/policies; or name of the level that is the prior of a filter."""
     env: str
     """Id of the environment in which it was trained."""
     purpose: str

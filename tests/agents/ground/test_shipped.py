@@ -5,6 +5,7 @@ import tomllib
 from contextlib import closing
 from fnmatch import fnmatch
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -60,8 +61,17 @@ def test_a_shipped_policy_is_judged_by_its_name_and_by_its_folder(tmp_path: Path
     assert by_name == by_folder
 
 
+class _WithoutTorch:
+    """Finds no torch."""
+
+    def find_spec(self, name: str, *_: Any) -> None:
+        if name.partition(".")[0] == "torch":
+            raise ImportError(name)
+
+
 def test_what_adapts_is_judged_in_cells_that_nobody_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "torch", None)  # an import fails
+    monkeypatch.delitem(sys.modules, "torch", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [_WithoutTorch(), *sys.meta_path])
     options = "--num-envs 4 --picks 200"
     figures = figures_of(f"evaluate --controller shipped:cells {options}", tmp_path)
     assert (figures["env"], figures["level"]) == ("PnTAdapt-v0", "cells")
