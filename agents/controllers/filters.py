@@ -58,12 +58,16 @@ class Filters:
             effect: effects in each filter of a set (N, H, 2, S), or in all alike (N, 1, 2, S).
             z: the landings (N, H, 2) or (N, 1, 2) [m].
         """
-        state, spread, likely = update(self.state[at], self.spread[at], effect, z, self._noise)
+        state, spread, likely = self.updated(at, effect, z)
         # Bayes' rule for the hypotheses, then a Markov switch between them.
         belief = self.belief[at] * np.exp(likely - likely.max(axis=-1, keepdims=True))
         belief = (1.0 - self._turning) * belief / belief.sum(axis=-1, keepdims=True)
         belief += self._turning / len(self._beliefs)
         self.state[at], self.spread[at], self.belief[at] = state, spread, belief
+
+    def updated(self, at: Ints | tuple[Ints, ...], effect: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
+        """Estimates, covariances and log-likelihoods of N sets after landings as of `learn`; the sets do not change."""
+        return update(self.state[at], self.spread[at], effect, z, self._noise)
 
     def add_walk(self) -> None:
         """Add the random walk of one step to all covariances."""

@@ -1,11 +1,10 @@
 """A filter that knows the physics: a posterior over the numbers of a cell, updated at each landing that was seen.
 
 The numbers are those in which cells differ (`HiddenCell`) and that act on a flight, and an offset of the belt's camera.
-Their priors are normal, with means of the ranges of a level and deviations somewhat wider. The stiffness of the lip
-acts through the phase of a swing, which repeats, so a few stiffnesses are hypotheses beside each other: each has an
-extended Kalman filter of all other numbers, linear about its estimate, and a weight by how well it predicted the
-landings (Alspach and Sorenson 1972, Gaussian sums). Predictions are flights of the model of `agents.fit`, from what an
-observation says.
+Their priors are normal, with means of the ranges of a level and wider deviations. The lip's stiffness acts through the
+phase of a swing, which repeats, so a few stiffnesses are hypotheses beside each other: each has an extended Kalman
+filter of all other numbers, linear about its estimate, and a weight by how well it predicted the landings (Alspach and
+Sorenson 1972, Gaussian sums). Predictions are flights of the model of `agents.fit`, from what an observation says.
 """
 
 from __future__ import annotations
@@ -47,6 +46,8 @@ SCATTER: Final = (0.012, 0.004)
 masses, drag and jitter scatter beyond their gauges; measured on level `cells` [m]."""
 TURNING: Final = 0.02
 """Share of the weights that is given to all hypotheses alike at each landing, as no model is quite true."""
+ITERATIONS: Final = 2
+"""Predictions of a landing in an update: in cells far from the prior, the prior's mean has other slopes."""
 STEP, GRASP_STEP = 0.3, 0.005
 """Steps of the differences, in standard scores of a number, and of the place of the grasp [m]."""
 TIMESTEP: Final = 0.001
@@ -132,8 +133,11 @@ class Posterior(Controller):
         model.aim(np.stack([values["last_shift_along"], values["last_shift_across"]], axis=1))
         error = np.stack([values["last_along"], values["last_across"]], axis=1)[rows, None]
         scores = self._filters.state[rows]
-        predicted, effect = self._slopes(model, scores, rows)
-        self._filters.learn(rows, effect, error - predicted + landing_offset(effect, scores))
+        for _ in range(ITERATIONS):  # each linear about the estimate of the one before
+            predicted, effect = self._slopes(model, scores, rows)
+            z = error - predicted + landing_offset(effect, scores)
+            scores = self._filters.updated(rows, effect, z)[0]
+        self._filters.learn(rows, effect, z)
 
     def _slopes(self, model: ThrowModel, scores: Floats, rows: Ints) -> tuple[Floats, Floats]:
         """Predicted errors of throws (M, H, 2) [m] at scores (M, H, S), and their slopes by the scores (M, H, 2, S)."""

@@ -26,7 +26,7 @@ class ShippedPolicy:
     """A policy that ships."""
 
     place: str
-    """Its run folder, or the file of a scorer, below results/policies; or the level that is the prior of a filter."""
+    """Run folder, or file of a scorer, below results/policies; or name of the level that is the prior of a filter."""
     env: str
     """Id of the environment in which it was trained."""
     purpose: str
@@ -38,7 +38,7 @@ class ShippedPolicy:
 CORRECTING: Final[Mapping[str, ShippedPolicy]] = {
     "waste-sac": ShippedPolicy(POLICY.name, "PnTRelease-v0", "corrects throws of the cell of `waste` alone; SAC"),
     "cells": ShippedPolicy(
-        "../../configs/cells/conveyor/cells.yaml",
+        "cells",
         "PnTAdapt-v0",
         "corrects throws of a cell that nobody measured: learns its numbers from the landings of each shift",
         "posterior",
@@ -90,7 +90,12 @@ def place(name: str | Path) -> Path:
     short = name.removeprefix(PREFIX)
     if short not in POLICIES:
         raise UsageError(unknown_name("shipped policy", name, names(POLICIES)))
-    return (SHIPPED / "results" / "policies" / POLICIES[short].place).resolve()
+    policy = POLICIES[short]
+    if policy.controller:
+        from pnt_gym.cells.conveyor.config import ConveyorConfig  # noqa: PLC0415 - half a second to import
+
+        return ConveyorConfig.file_of(policy.place)
+    return SHIPPED / "results" / "policies" / policy.place
 
 
 def module_of(name: str) -> str | None:

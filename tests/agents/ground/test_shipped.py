@@ -5,6 +5,7 @@ import tomllib
 from contextlib import closing
 from fnmatch import fnmatch
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -17,6 +18,7 @@ from agents.ground.places import SHIPPED
 from agents.ground.shipped import POLICIES, PREFIX, is_shipped, module_of
 from agents.learning import trained
 from agents.results.entries import is_learned
+from pnt_gym.cells.conveyor.config import ConveyorConfig
 from tests.tools.commands import figures_of, output_of, refused
 
 HAND_TEXTS = [*sorted((SHIPPED / "docs").glob("*.md")), SHIPPED / "README.md"]
@@ -25,11 +27,13 @@ HAND_TEXTS = [*sorted((SHIPPED / "docs").glob("*.md")), SHIPPED / "README.md"]
 @pytest.mark.parametrize("name", POLICIES)
 def test_a_name_is_a_policy_of_its_environment_that_is_in_the_wheel(name: str) -> None:
     place, policy = shipped.place(PREFIX + name), POLICIES[name]
-    files = (
-        [place]
-        if place.suffix in (".npz", ".yaml")
-        else [place / part for part in ("policy.npz", "args.yml", "env.yaml")]
-    )
+    assert pnt_gym.shipped_policy(name) == place
+    assert is_learned(PREFIX + name)
+    if policy.controller:
+        assert place == ConveyorConfig.file_of("cells")
+        assert trained.resolve(PREFIX + name, None, None, None)[:2] == (policy.env, "cells")
+        return
+    files = [place] if place.suffix == ".npz" else [place / part for part in ("policy.npz", "args.yml", "env.yaml")]
     wheel = tomllib.loads((SHIPPED / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     for file in files:
         assert file.is_file()
@@ -37,8 +41,6 @@ def test_a_name_is_a_policy_of_its_environment_that_is_in_the_wheel(name: str) -
         assert any(fnmatch(path, pattern) for pattern in wheel["include"]), path
     if place.is_dir():
         assert trained.resolve(PREFIX + name, None, None, None)[0] == policy.env
-    assert pnt_gym.shipped_policy(name) == place
-    assert is_learned(PREFIX + name)
 
 
 def test_names_of_modules_and_paths_are_no_shipped_names() -> None:
@@ -59,8 +61,17 @@ def test_a_shipped_policy_is_judged_by_its_name_and_by_its_folder(tmp_path: Path
     assert by_name == by_folder
 
 
+class _WithoutTorch:
+    """Finds no torch."""
+
+    def find_spec(self, name: str, *_: Any) -> None:
+        if name.partition(".")[0] == "torch":
+            raise ImportError(name)
+
+
 def test_what_adapts_is_judged_in_cells_that_nobody_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "torch", None)  # an import fails
+    monkeypatch.delitem(sys.modules, "torch", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [_WithoutTorch(), *sys.meta_path])
     options = "--num-envs 4 --picks 200"
     figures = figures_of(f"evaluate --controller shipped:cells {options}", tmp_path)
     assert (figures["env"], figures["level"]) == ("PnTAdapt-v0", "cells")
