@@ -132,11 +132,15 @@ class Posterior(Controller):
             return
         model.aim(np.stack([values["last_shift_along"], values["last_shift_across"]], axis=1))
         error = np.stack([values["last_along"], values["last_across"]], axis=1)[rows, None]
-        scores = self._filters.state[rows]
-        for _ in range(ITERATIONS):  # each linear about the estimate of the one before
+
+        def linear(scores: Floats) -> tuple[Floats, Floats]:
+            """Slopes at scores, and the landings in a linear model with these slopes."""
             predicted, effect = self._slopes(model, scores, rows)
-            z = error - predicted + landing_offset(effect, scores)
-            scores = self._filters.updated(rows, effect, z)[0]
+            return effect, error - predicted + landing_offset(effect, scores)
+
+        effect, z = linear(self._filters.state[rows])
+        for _ in range(ITERATIONS - 1):
+            effect, z = linear(self._filters.updated(rows, effect, z)[0])
         self._filters.learn(rows, effect, z)
 
     def _slopes(self, model: ThrowModel, scores: Floats, rows: Ints) -> tuple[Floats, Floats]:
