@@ -64,7 +64,7 @@ def test_a_gaussian_process_finds_a_smooth_function_and_keeps_it() -> None:
     assert np.array_equal(other.predict(new), process.predict(new))
 
 
-@pytest.mark.parametrize(("learner", "throws", "share"), [(Gp, 160, 0.6), (CmaEs, 1600, 1.0)])
+@pytest.mark.parametrize(("learner", "throws", "share"), [(Gp, 160, 0.6), (CmaEs, 6400, 0.9)])
 def test_learners_of_the_curves_learn(learner: Any, throws: int, share: float) -> None:
     with closing(make_vector("PnTRelease-v0", FLIGHT, 16, 1)) as env:
         controller = learner(core=core_of(env))

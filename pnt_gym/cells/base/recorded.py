@@ -16,7 +16,7 @@ from pnt_gym.cells.base.flight import CONTACT_DEPTH, ObjectFlight, Touchdown
 from pnt_gym.cells.base.grip import Hold
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.motion.ballistics import time_to_fall
+from pnt_gym.planning.motion.strokes import time_to_fall
 from pnt_gym.rows import Bools1, Floats1, Floats2, Floats3, Ints1
 
 # Smallest load in a quotient [N]; the load is negative where the hand falls faster than the object.

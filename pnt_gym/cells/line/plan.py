@@ -17,7 +17,8 @@ from pnt_gym.cells.line.sight import list_candidates
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.planning.motion.hunt import meet
 from pnt_gym.planning.motion.intercept import HORIZON
-from pnt_gym.planning.motion.limits import Space, space_margin
+from pnt_gym.planning.motion.kernel import space_margin
+from pnt_gym.planning.motion.limits import Space
 from pnt_gym.planning.motion.rows import Hunt
 from pnt_gym.planning.motion.strokes import fading_time, least_fading, limits_beside, stop_phases
 from pnt_gym.planning.straight.kernel import (

@@ -2,41 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats, numbers, tuples
-from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import AIR_DENSITY, GRAVITY
-from pnt_gym.rows import Floats1
+from pnt_gym.planning.motion import kernel
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _SHARES: Final[Floats] = (_NODES + 1.0) / 2.0
 """Gauss-Legendre nodes of the drag's time integral, as shares of the flight time."""
-
-
-@kernel_part
-def time_to_fall(drop: float, rise: float) -> float:
-    """Time until an object comes down by a height after its release with an upward speed [s] (Eq. 9); NaN for never."""
-    square = rise * rise + 2.0 * GRAVITY * drop
-    if not square >= 0.0:
-        return math.nan
-    root = math.sqrt(square)
-    # For a downward release the printed sum cancels; the conjugate form does not.
-    time = 2.0 * drop / (root - rise) if rise < 0.0 else (rise + root) / GRAVITY
-    return time if time >= 0.0 else math.nan
-
-
-@kernel
-def times_to_fall(drop: Floats1, rise: Floats1) -> Floats1:
-    """Compute the times (N,) [s] until objects come down by heights (N,) [m] after releases with speeds (N,) [m/s]."""
-    time = np.empty(len(drop))
-    for row in range(len(time)):
-        time[row] = time_to_fall(drop[row], rise[row])
-    return time
 
 
 def flight_time(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) -> Floats:
@@ -55,7 +32,7 @@ def flight_time(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) ->
     rise = tuples(velocity, "velocity")[..., 2]
     shape = np.broadcast_shapes(drop.shape, rise.shape)
     drops, rises = (np.array(np.broadcast_to(values, shape)).ravel() for values in (drop, rise))
-    return times_to_fall(drops, rises).reshape(shape)
+    return kernel.times_to_fall(drops, rises).reshape(shape)
 
 
 def flight_state(position: ArrayLike, velocity: ArrayLike, time: ArrayLike) -> tuple[Floats, Floats]:

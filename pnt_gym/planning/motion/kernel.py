@@ -1,4 +1,4 @@
-"""Motions of piecewise constant jerk, N at a time: strokes and stops along lines, sums, borders of segments, samples.
+"""Motions of constant jerk in pieces, N at a time: strokes, stops, sums, borders, samples; falls and margins.
 
 Compiled; see `pnt_gym.compiled`. The formulas of one stroke, stop or fading are those of `strokes`.
 """
@@ -12,7 +12,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
-from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.planning.motion.limits import LimitRows, Space
 from pnt_gym.planning.motion.rows import Borders, Fading, Knot, Segments, Start, Stroke
 from pnt_gym.planning.motion.strokes import (
     fading_time,
@@ -21,6 +21,7 @@ from pnt_gym.planning.motion.strokes import (
     ramp_distance,
     stop_phases,
     stroke_phases,
+    time_to_fall,
 )
 from pnt_gym.rows import Floats1, Floats2, Floats3, Ints2, Rows1, Rows2
 
@@ -296,3 +297,31 @@ def grow(time: Floats1, speed: float, columns: int) -> Segments:
         segments.durations[row], segments.jerks[row] = 0.0, 0.0
         _write_phases(segments, row, columns - 2, phases, jerks, (1.0, 0.0, 0.0))
     return segments
+
+
+@kernel
+def times_to_fall(drop: Floats1, rise: Floats1) -> Floats1:
+    """Compute the times (N,) [s] until objects come down by heights (N,) [m] after releases with speeds (N,) [m/s]."""
+    time = np.empty(len(drop))
+    for row in range(len(time)):
+        time[row] = time_to_fall(drop[row], rise[row])
+    return time
+
+
+@kernel_part
+def space_margin(x: float, y: float, z: float, space: Space) -> float:
+    """Distance of a point to the border of a workspace [m], as `EllipticWorkspace.margin` explains; NaN gives NaN."""
+    if math.isnan(x + y + z):
+        return math.nan
+    east, north = x / space.semi_x, y / space.semi_y
+    sideways = (1.0 - math.sqrt(east * east + north * north)) * min(space.semi_x, space.semi_y)
+    return min(sideways, z - space.z_min, space.z_max - z)
+
+
+@kernel
+def margins(points: Floats2, space: Space) -> Floats1:
+    """Compute the distances of points (N, 3) to the border of a workspace (N,) [m]."""
+    margin = np.empty(len(points))
+    for row in range(len(margin)):
+        margin[row] = space_margin(points[row, 0], points[row, 1], points[row, 2], space)
+    return margin

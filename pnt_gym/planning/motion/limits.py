@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, in_order, number, numbers, tuples
-from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.errors import PlanningError, one_sentence
-from pnt_gym.rows import Floats1, Floats2
+from pnt_gym.planning.motion import kernel
+from pnt_gym.rows import Floats1
 
 # Full performance of the T3KR robot (Hassan et al. 2022, section IV); the paper's 12 G count 1 G as 10 m/s2.
 T3KR_VELOCITY = 6.0
@@ -170,25 +170,6 @@ class Space(NamedTuple):
     z_max: float
 
 
-@kernel_part
-def space_margin(x: float, y: float, z: float, space: Space) -> float:
-    """Distance of a point to the border of a workspace [m], as `EllipticWorkspace.margin` explains; NaN gives NaN."""
-    if math.isnan(x + y + z):
-        return math.nan
-    east, north = x / space.semi_x, y / space.semi_y
-    sideways = (1.0 - math.sqrt(east * east + north * north)) * min(space.semi_x, space.semi_y)
-    return min(sideways, z - space.z_min, space.z_max - z)
-
-
-@kernel
-def margins(points: Floats2, space: Space) -> Floats1:
-    """Compute the distances of points (N, 3) to the border of a workspace (N,) [m]."""
-    margin = np.empty(len(points))
-    for row in range(len(margin)):
-        margin[row] = space_margin(points[row, 0], points[row, 1], points[row, 2], space)
-    return margin
-
-
 class LineBounds(NamedTuple):
     """Bounds of release points in the throws' vertical planes, relative to the picks (N,) [m].
 
@@ -248,7 +229,7 @@ class EllipticWorkspace:
         bound of the distance to the ellipse for points inside the ellipse; the sign is exact everywhere.
         """
         places = tuples(points, "points")
-        return margins(*in_order(places.reshape(-1, 3)), self.space).reshape(places.shape[:-1])
+        return kernel.margins(*in_order(places.reshape(-1, 3)), self.space).reshape(places.shape[:-1])
 
     def line_bounds(self, points: Floats, cosine: Floats, sine: Floats) -> LineBounds:
         """Return the workspace within the vertical half-planes from ``points`` (N, 3) at azimuth (cosine, sine).

@@ -1,6 +1,6 @@
-"""Strokes from rest to rest, stops and fadings of one motion: the formulas, for compiled functions.
+"""Strokes from rest to rest, stops and fadings of one motion, and falls: the formulas, for compiled functions.
 
-`kernel` computes strokes, stops and fadings of many motions by these functions.
+`kernel` computes those of many motions by these functions.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from pnt_gym.compiled import kernel_part
+from pnt_gym.constants import GRAVITY
 
 MOST_SHARE: Final = 0.5
 """Largest share of the acceleration limit that the fading of a belt's speed may take."""
@@ -123,3 +124,15 @@ def limits_beside(time: float, speed: float, acceleration: float, jerk: float) -
     """Acceleration and jerk that a fading of a belt's speed leaves; placeholders where it is not possible."""
     peak, least = 2.0 * speed / time, 1.0 - MOST_SHARE
     return max(acceleration - peak, least * acceleration), max(jerk - 2.0 * peak / time, least * jerk)
+
+
+@kernel_part
+def time_to_fall(drop: float, rise: float) -> float:
+    """Time until an object comes down by a height after its release with an upward speed [s] (Eq. 9); NaN for never."""
+    square = rise * rise + 2.0 * GRAVITY * drop
+    if not square >= 0.0:
+        return math.nan
+    root = math.sqrt(square)
+    # For a downward release the printed sum cancels; the conjugate form does not.
+    time = 2.0 * drop / (root - rise) if rise < 0.0 else (rise + root) / GRAVITY
+    return time if time >= 0.0 else math.nan

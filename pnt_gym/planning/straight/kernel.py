@@ -13,8 +13,8 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.motion.kernel import RUN_UP, STOP, new_segments, write_run_up, write_stop
-from pnt_gym.planning.motion.limits import LimitRows, Space, space_margin
+from pnt_gym.planning.motion.kernel import RUN_UP, STOP, new_segments, space_margin, write_run_up, write_stop
+from pnt_gym.planning.motion.limits import LimitRows, Space
 from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.strokes import duration, greatest_acceleration, peaks, ramp_distance
 from pnt_gym.planning.straight.bounds import LANES, Box, slope_below_roof, slope_in_bounds

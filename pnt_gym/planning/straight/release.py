@@ -48,8 +48,6 @@ PIECE: Final = 20_000
 """Throws per call of machine code: a tenth of a second, during which Ctrl-C has no effect."""
 OPEN: Final = Throw.zeros(1, ceiling=math.inf, far=math.inf, low=-math.inf, high=math.inf)
 """A throw without bounds."""
-NO_PLAN: Final = kernel.release_at_points(OPEN)
-"""A release that holds no plan."""
 
 
 def plan_release(
@@ -167,7 +165,7 @@ def release_at_point(
     if plane_z is not None:
         rows["flight_time"] = flight_time(end, rows["velocity"], finite_rows(plane_z, len(start), "plane_z"))
         lost = rows["feasible"] & np.isnan(rows["flight_time"])
-        rows[lost] = NO_PLAN
+        rows[lost] = kernel.release_at_points(OPEN)  # which plans nothing
         rows["reason"][lost] = Reason.PLANE
     return ReleaseBatch(rows)
 

@@ -19,7 +19,10 @@ from tests.tools.fitting import QUIET, WASTE, level
 from tests.tools.toy_cell import ToyVectorEnv
 
 ENV = "PnTRelease-v0"
-TRUTH = {"valve": 0.003, "tau": 0.015, "drag": 1.15, "camera_x": 0.012, "camera_y": -0.008, "encoder": 0.005}
+TRUTH = {
+    "valve": 0.003, "tau": 0.015, "blow_off": 0.0, "drag": 1.15, "camera_x": 0.012, "camera_y": -0.008,
+    "encoder": 0.005,
+}  # fmt: skip
 """Numbers of a cell that are far from the guess; its lip has a stiffness of 2 N m/rad."""
 OTHER: dict[str, Any] = {
     "suction": {"valve": TRUTH["valve"], "tau": TRUTH["tau"]},

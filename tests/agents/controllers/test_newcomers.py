@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from agents.controllers import filters
-from agents.controllers.filters import NOISE, Filters
+from agents.controllers.filters import BIN_CAMERA, NOISE, Filters, landing_noise
 from agents.controllers.trackers import UnseenKinds, delay_effect, drift_effects
 from pnt_gym.cells.conveyor.observation import TABLE
 from tests.agents.controllers.test_trackers import CAMERA, everyone, noise, throws
@@ -81,8 +81,8 @@ def test_an_update_is_that_of_bayes(unknowns: int) -> None:
 def test_what_each_filter_counts_is_how_it_foresaw() -> None:
     """Two sizes of the unknown: landings that are far off speak for the wide one, near ones for the narrow one."""
     priors, there = np.array([[[1e-6]], [[1e-3]]]), np.arange(2)
-    filters = Filters((2,), priors, (0.5, 0.5))
-    filters.learn(there, np.ones((2, 2, 1)), np.array([[0.001, 0.001], [0.03, 0.03]]))
+    filters = Filters((2,), priors, (0.5, 0.5), noise=landing_noise(BIN_CAMERA))
+    filters.learn(there, np.ones((2, 1, 2, 1)), np.array([[[0.001, 0.001]], [[0.03, 0.03]]]))
     assert filters.belief[0, 0] > 0.6
     assert filters.belief[1, 1] > 0.9
     np.testing.assert_allclose(filters.belief.sum(axis=1), 1.0)
