@@ -197,12 +197,12 @@ class Cells(Section):
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
         """The ranges that are given, by key."""
-        return {name: bounds for name, bounds in self if bounds is not None}
+        return {name: getattr(self, name) for name in type(self).model_fields if getattr(self, name) is not None}
 
     def draw(self, random: np.random.Generator) -> dict[str, float]:
         """Values of one cell by the keys of the given ranges; each value has a draw of its own at every level."""
         shares = dict(zip(type(self).model_fields, random.random(len(type(self).model_fields)).tolist(), strict=True))
-        drawn = {}
+        drawn = dict[str, float]()
         for name, (low, high) in self.ranges.items():
             is_log = name == "stiffness"
             ends = np.log((low, high)) if is_log else np.array((low, high))
