@@ -201,7 +201,7 @@ def test_units_stay_with_their_numbers():
 
 NUMBERS = (
     "zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve",
-    "thirteen", "fourteen fifteen",
+    "thirteen", "fourteen", "fifteen",
 )  # fmt: skip
 
 
