@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import NamedTuple, TypeAlias, cast, final
+from typing import NamedTuple, Self, TypeAlias, cast, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -169,6 +169,11 @@ class Space(NamedTuple):
     z_min: float
     z_max: float
 
+    @classmethod
+    def of(cls, workspace: EllipticWorkspace) -> Self:
+        """The numbers of a workspace, for compiled functions."""
+        return cls(workspace.semi_x, workspace.semi_y, workspace.z_min, workspace.z_max)
+
 
 class LineBounds(NamedTuple):
     """Bounds of release points in the throws' vertical planes, relative to the picks (N,) [m].
@@ -213,11 +218,6 @@ class EllipticWorkspace:
         if not number(self.z_min, "z_min") < number(self.z_max, "z_max"):
             raise PlanningError(f"z_min must lie below z_max [m], got {self.z_min} and {self.z_max}")
 
-    @property
-    def space(self) -> Space:
-        """The workspace for compiled functions."""
-        return Space(self.semi_x, self.semi_y, self.z_min, self.z_max)
-
     def contains(self, points: ArrayLike) -> Bools:
         """Return whether points (..., 3) [m] lie inside or on the border, shape (...,)."""
         return self.margin(points) >= 0.0
@@ -229,7 +229,7 @@ class EllipticWorkspace:
         bound of the distance to the ellipse for points inside the ellipse; the sign is exact everywhere.
         """
         places = tuples(points, "points")
-        return kernel.margins(*in_order(places.reshape(-1, 3)), self.space).reshape(places.shape[:-1])
+        return kernel.margins(*in_order(places.reshape(-1, 3)), Space.of(self)).reshape(places.shape[:-1])
 
     def line_bounds(self, points: Floats, cosine: Floats, sine: Floats) -> LineBounds:
         """Return the workspace within the vertical half-planes from ``points`` (N, 3) at azimuth (cosine, sine).

@@ -20,7 +20,7 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.planning.motion.hunt import meet
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.kernel import go_back
-from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, Space
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.rows import Hunt, Intercept, Segments
 from pnt_gym.planning.motion.scurve import coast
@@ -192,7 +192,7 @@ class StraightMover(Mover):
         self._clearance = config.motion.clearance
         self._workspace = workspace
         self._rules = StopRules(follow.window, follow.gravity_share or 0.0, config.motion.reserve)
-        self._space = workspace.space
+        self._space = Space.of(workspace)
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """Minimum-time releases: the exact optimum of the problem in Hassan et al. 2022."""
