@@ -177,10 +177,7 @@ class Posterior(Controller):
         cells = HiddenCell.of(len(numbers), **fields, stiffness=lip, restitution=1.0)
         drift = HiddenDrift.of(len(numbers), camera=camera, encoder=fields["encoder"], scale=fields["camera"])
         row = np.repeat(rows, len(numbers) // len(rows))
-        landing = model.landings_in(cells, drift, row)
-        target = model.log.target[row]
-        (x, y), (way_x, way_y) = (landing - target).T, (target - model.log.pick[row, :2]).T
-        error = np.stack([way_x * x + way_y * y, way_x * y - way_y * x], axis=1) / np.hypot(way_x, way_y)[:, None]
+        error = model.log.errors(model.landings_in(cells, drift, row), row)
         return np.nan_to_num(error).reshape(*shape, 2)
 
     def _log(self, values: dict[str, Floats], kind: Ints) -> ThrowLog:

@@ -137,9 +137,19 @@ class ThrowLog:
 
     def landings(self, errors: Floats) -> Floats:
         """Landings (N, 2) [m] with errors (N, 2) [m] along each throw, from pick to target, and to its left."""
-        (along, across), way = errors.T, self.target - self.pick[:, :2]
-        ex, ey = (way / np.hypot(*way.T)[:, None]).T
+        (along, across), (ex, ey) = errors.T, self._headings.T
         return self.target + join_columns(along * ex - across * ey, along * ey + across * ex)
+
+    def errors(self, landings: Floats, row: Ints) -> Floats:
+        """Errors (M, 2) [m] of landings (M, 2) [m] of throws `row` (M,), as `landings` has them."""
+        (x, y), (ex, ey) = (landings - self.target[row]).T, self._headings[row].T
+        return join_columns(x * ex + y * ey, y * ex - x * ey)
+
+    @property
+    def _headings(self) -> Floats:
+        """Unit vectors from picks to targets (N, 2)."""
+        way = self.target - self.pick[:, :2]
+        return way / np.hypot(*way.T)[:, None]
 
     def text(self, items: Sequence[str]) -> str:
         """The log as CSV; numbers with ten digits, and nothing where a value is not known."""

@@ -207,28 +207,28 @@ def rate_difference(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLik
     Raises:
         MetricError: the arrays differ in shape.
     """
-    sa, ta, sb, tb = _columns(success_a=success_a, time_a=time_a, success_b=success_b, time_b=time_b)
+    columns = np.stack(_columns(success_a=success_a, time_a=time_a, success_b=success_b, time_b=time_b), axis=1)
 
-    def rate(successes_a: Floats, seconds_a: Floats, successes_b: Floats, seconds_b: Floats) -> Floats:
+    def difference(sums: Floats) -> Floats:
         # Picks per second to picks per minute.
-        return 60.0 * (successes_a / seconds_a - successes_b / seconds_b)
+        return 60.0 * (_ratio(sums[..., :2]) - _ratio(sums[..., 2:]))
 
-    columns = np.stack([sa, ta, sb, tb], axis=1)
-    return _interval(float(rate(*columns.sum(axis=0))), rate(*_sample(columns).T))
+    return _interval(float(difference(columns.sum(axis=0))), difference(_sample(columns)))
 
 
-def rate(sorted_: ArrayLike, seconds: ArrayLike) -> Interval:
-    """Sorted picks per minute over parts (N,), such as shifts, with their bootstrap interval.
+def rate(events: ArrayLike, amounts: ArrayLike, scale: float = 60.0) -> Interval:
+    """Ratio of sums over parts (N,), such as shifts, with its bootstrap interval: sorted picks per minute by default.
 
     Args:
-        sorted_: objects sorted in each part.
-        seconds: time of each part [s].
+        events: what is counted in each part, such as sorted objects.
+        amounts: what it is divided by, such as seconds.
+        scale: factor of the ratio.
 
     Raises:
         MetricError: the arrays differ in shape.
     """
-    columns = np.stack(_columns(sorted=sorted_, seconds=seconds), axis=1)
-    return _interval(float(_per_minute(columns.sum(axis=0))), _per_minute(_sample(columns)))
+    columns = np.stack(_columns(events=events, amounts=amounts), axis=1)
+    return _interval(float(scale * _ratio(columns.sum(axis=0))), scale * _ratio(_sample(columns)))
 
 
 def share_won(own: ArrayLike, least: ArrayLike, most: ArrayLike) -> Interval:
@@ -248,15 +248,15 @@ def share_won(own: ArrayLike, least: ArrayLike, most: ArrayLike) -> Interval:
     columns = np.concatenate(parts, axis=1)
 
     def share(sums: Floats) -> Floats:
-        of_own, of_least, of_most = (_per_minute(sums[..., k : k + 2]) for k in (0, 2, 4))
+        of_own, of_least, of_most = (_ratio(sums[..., k : k + 2]) for k in (0, 2, 4))
         return (of_own - of_least) / (of_most - of_least)
 
     return _interval(float(share(columns.sum(axis=0))), share(_sample(columns)))
 
 
-def _per_minute(sums: Floats) -> Floats:
-    """Rates per minute from sums of events and seconds (..., 2)."""
-    return 60.0 * sums[..., 0] / sums[..., 1]
+def _ratio(sums: Floats) -> Floats:
+    """Ratios of the first to the second of two sums (..., 2)."""
+    return sums[..., 0] / sums[..., 1]
 
 
 def _sample(rows: Floats) -> Floats:

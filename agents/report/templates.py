@@ -109,7 +109,7 @@ def code(value: Any) -> str:
 def landing(parts: Any) -> Mapping[str, float]:
     """Mean landing error [m] of parts, each with the sum of errors and the number of landings behind two others."""
     errors, landings = np.array(parts)[:, 2:].T
-    return {name: value / 60.0 for name, value in vars(metrics.rate(errors, landings)).items()}
+    return vars(metrics.rate(errors, landings, 1.0))
 
 
 def won(parts: Any, least: Any, most: Any) -> Mapping[str, float]:
