@@ -18,8 +18,6 @@ from agents.fit.words import sentences
 from pnt_gym.arrays import Floats
 from tests.tools.fitting import QUIET, WASTE, level, throw, usual_log
 
-pytestmark = pytest.mark.nightly  # each case is a fit of seconds
-
 SOME = ("valve", "tau", "drag", "camera_x", "camera_y", "encoder")
 """Parameters of quick fits, without blow-off and without the profile over the stiffness."""
 
