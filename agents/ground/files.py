@@ -114,12 +114,19 @@ def json_text(data: Any, *, indent: int | None = 1) -> str:
     return json.dumps(data, indent=indent, allow_nan=False) + "\n"
 
 
-def jsonable(values: Any) -> Any:
-    """A number, an array or a list as JSON values; None replaces NaN and infinity, which JSON does not have."""
+def jsonable(values: Any, decimals: int | None = None) -> Any:
+    """A number, an array or a list as JSON values, rounded to `decimals` if given.
+
+    None replaces NaN and infinity, which JSON does not have. A zero has no sign, so equal values have equal texts.
+    """
     listed: Any = cast("Any", values).tolist() if isinstance(values, np.ndarray | np.generic) else values
     if isinstance(listed, list):
-        return [jsonable(value) for value in cast("list[Any]", listed)]
-    return None if isinstance(listed, float) and not math.isfinite(listed) else listed
+        return [jsonable(value, decimals) for value in cast("list[Any]", listed)]
+    if not isinstance(listed, float):
+        return listed
+    if not math.isfinite(listed):
+        return None
+    return (listed if decimals is None else round(listed, decimals)) + 0.0
 
 
 def read_json(path: Path, max_bytes: int = MOST_RESULTS) -> Any:

@@ -14,6 +14,7 @@ from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.reading import AccessError, json_of
 
 from ..ground import metrics
+from ..ground.files import jsonable
 from .shifts import Shifts
 
 ENTRY: Final = "counted"
@@ -106,8 +107,8 @@ class Counted:
             "lost": self.lost.tolist(),
             "strayed": self.strayed.tolist(),
             "percent": self.percent.tolist(),
-            "energy": [[round(value, 2) if np.isfinite(value) else None for value in row] for row in self.energy],
-            "landings": [np.round(points, 4).tolist() for points in self.landings],
+            "energy": jsonable(self.energy, 2),
+            "landings": [jsonable(points, 4) for points in self.landings],
         }
 
     @classmethod

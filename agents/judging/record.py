@@ -76,7 +76,7 @@ class Record:
 
     def columns(self) -> dict[str, Any]:
         """Columns that a benchmark keeps, rounded."""
-        return {name: jsonable(np.round(rows[0], DIGITS)) for name, rows in self.rows.columns.items()}
+        return {name: jsonable(rows[0], DIGITS) for name, rows in self.rows.columns.items()}
 
     def picture(self) -> str | None:
         """Drawing of the record as SVG; None where the kind of trial has no drawing."""

@@ -138,7 +138,7 @@ def kept_columns(shifts: Shifts, core: LineCore) -> dict[str, Any]:
     """Shifts as rounded columns, and totals of all their decisions."""
     picked, success = (shifts.decisions[name].astype(np.bool_) for name in ("picked", "is_success"))
     return {
-        **{name: jsonable(np.round(shifts.figures[key], DIGITS)) for name, key in {**MEANS, **LISTS}.items()},
+        **{name: jsonable(shifts.figures[key], DIGITS) for name, key in {**MEANS, **LISTS}.items()},
         "items": list(core.item_names),
         "robots": [robot.name for robot in core.config.robots],
         "picks": len(picked),

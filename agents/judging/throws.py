@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Bools, Floats, Ints
 
+from ..ground.files import jsonable
 from ..ground.infos import results
 from .record import mappings
 from .rows import LARGEST, Amount, Columns, Count, Number
@@ -149,8 +150,8 @@ def kept_columns(throws: Throws) -> dict[str, Any]:
     places = [name for name in PLACES if name in rows] or ["error_m"]
     return {
         "item": throws.item.tolist(),
-        **{name: [round(float(v), 5) if np.isfinite(v) else None for v in rows[name]] for name in places},
-        "cycle_s": [round(float(v), 4) if np.isfinite(v) else None for v in throws.cycle_time],
+        **{name: jsonable(rows[name], 5) for name in places},
+        "cycle_s": jsonable(throws.cycle_time, 4),
         "outcome": "".join(outcomes(throws)),
         **({"pick": rows["pick"].tolist()} if "pick" in rows else {}),
         "recontact": 0,  # of a cell that does not tell

@@ -216,6 +216,12 @@ def test_json_has_neither_nan_nor_infinity_wherever_they_stand() -> None:
     assert jsonable(["a", True, 3, None, float("inf")]) == ["a", True, 3, None, None]
 
 
+def test_equal_values_have_equal_texts_however_small_they_were() -> None:
+    """A zero that was rounded from below would be written, stored and read as another text than it was found."""
+    assert json.dumps(jsonable(np.array([-4e-6, 4e-6, -0.0, -6e-6]), 5)) == "[0.0, 0.0, 0.0, -1e-05]"
+    assert json.dumps(jsonable([-0.0, 3, True, "-0.0"])) == '[0.0, 3, true, "-0.0"]'
+
+
 def test_errors_beyond_the_landing_are_recorded_by_their_names() -> None:
     env = PoseVectorEnv(4)
     throws = throw_held_out(make_controller("analytic", env), env, 6, 0)
