@@ -13,7 +13,6 @@ from pnt_gym.cells.base.grip import Hold
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.observation import TABLE
-from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
 
 from ..ground.cli import UsageError
 from .protocol import Actions, Learner, Observation, Outcome, State
@@ -73,7 +72,7 @@ class Pace:
         if share is not None and not slow <= share <= fast:
             raise UsageError(f"pace is {share:g}; it must be 'gauge' or from {slow:g} to {fast:g}")
         self.range = slow, fast
-        self.fixed, self._safety = share, safety
+        self.fixed, self._safety, self._fastest = share, safety, config.robot.acceleration
         self._friction = item_arrays(config.item_list()).cup_friction
 
     def shares(self, observation: Observation) -> Floats:
@@ -89,7 +88,7 @@ class Pace:
             offset=np.hypot(values["place_x"], values["place_y"]),
             radius=values["cup_radius"],
         )
-        return np.clip(hold.acceleration(self._safety) / T3KR_ACCELERATION, *self.range)
+        return np.clip(hold.acceleration(self._safety) / self._fastest, *self.range)
 
 
 @final

@@ -19,7 +19,6 @@ from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import HiddenCell, HiddenDrift
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 from ..fit.log import ThrowLog
@@ -201,7 +200,7 @@ class Posterior(Controller):
     def _nominal(self, values: dict[str, Floats], pick: Floats, target: Floats) -> tuple[ReleaseBatch, Floats]:
         """The planner's releases of N throws, and their speed settings: those whose plans are as observed."""
         ceiling, settings = pick[:, 2] + self._config.motion.ceiling, np.array(self._config.limits.percent)
-        limits = [LimitRows.t3kr(np.full(len(pick), setting)) for setting in settings]
+        limits = [self._config.robot.limits(np.full(len(pick), setting)) for setting in settings]
         plans = [self._planner.mover.plan(pick, target, rows, ceiling) for rows in limits]
         misses = [np.hypot(p.speed - values["release_speed"], p.distance - values["release_distance"]) for p in plans]
         best = np.argmin(np.nan_to_num(misses, nan=np.inf), axis=0)

@@ -41,7 +41,7 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Simulate the throws, count successes, write the table."""
     at_least(vars(arguments), throws=100, seed=0, num_envs=1, threads=1)
-    config = LineConfig.load(arguments.level, throws="full", chances=None)
+    config = LineConfig.load(arguments.level, chances=None).simulated()
     place = thrown.place(config, arguments.release) if arguments.out is None else arguments.out
     check_writable(place)
     numbers = arguments.throws, arguments.seed, arguments.num_envs, arguments.threads

@@ -11,7 +11,6 @@ from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.scene import belt_extent
-from pnt_gym.robots.t3kr.geometry import T3krGeometry
 
 from ..ground.drawings import COLOURS, Axes, dress, stacked_panels, svg
 from ..ground.tables import percent
@@ -31,7 +30,7 @@ def _draw(part: Any, config: LineConfig, title: str) -> None:
     from matplotlib.patches import Ellipse, Rectangle  # noqa: PLC0415 - heavy, needed for reports only
 
     axes: Axes = part.subplots()
-    cell, belt, geometry = LineCell(config, 1), config.cell.belt, T3krGeometry()
+    cell, belt, sheets = LineCell(config, 1), config.cell.belt, config.sheets()
     (low, high), (right, left) = belt_extent(config), belt.lane_y
     middle, width, (begin, end) = (right + left) / 2.0, left - right, belt.pick_x
     axes.add_patch(Rectangle((low, right), high - low, width, color="#e4e4e4", zorder=0))
@@ -39,8 +38,12 @@ def _draw(part: Any, config: LineConfig, title: str) -> None:
     axes.annotate("belt", (low + 0.1, middle), (low + 0.3, middle), va="center", fontsize=8, arrowprops=arrow)
     for index, robot in enumerate(config.robots):
         axes.add_patch(Rectangle((robot.x + begin, right), end - begin, width, color=WINDOW, zorder=1))
-        reach = 2.0 * geometry.workspace_x, 2.0 * geometry.workspace_y
-        axes.add_patch(Ellipse((robot.x, 0.0), *reach, fill=False, linestyle="--", linewidth=0.7, color="#4c72b0"))
+        reach = sheets[index].reach
+        outlines = [reach.semi_axes, *([(reach.hole, reach.hole)] if reach.hole else [])]
+        for along, across in outlines:
+            border = Ellipse((robot.x + reach.x, reach.y), 2.0 * along, 2.0 * across, fill=False, linestyle="--")
+            border.set(linewidth=0.7, edgecolor="#4c72b0")
+            axes.add_patch(border)
         axes.annotate(robot.name, (robot.x, right - 0.04), ha="center", va="top", fontsize=8, color="#4c72b0")
         _draw_bins(axes, config, index, _arriving(cell, index))
     for colour, words in ((WINDOW, "window"), (PALE_RED, "not every bin is reached"), (RED, "no throw arrives")):

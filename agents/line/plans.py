@@ -251,7 +251,7 @@ def check_plan(plan: Planned, conditions: Conditions, release: str | None = None
     count = min(conditions.check, conditions.shifts)
     if count == 0:
         return None
-    config = LineConfig.load(plan.config, throws="full")
+    config = plan.config.simulated()
     with closing(make_vector(ENV, config, count, conditions.threads)) as env, throws_bar() as bar:
         core = line_core(env)
         if release is not None:

@@ -112,10 +112,10 @@ def calibrate(
     Throws are chosen at random, or by a controller, which knows the chances that the line has before.
     """
     if controller is None:
-        config = LineConfig.load(config, throws="full", chances=None)
+        config = config.simulated(chances=None)
         batches = list(random_throws(config, throws, seed, num_envs, threads, release))
     else:
-        config = LineConfig.load(config, throws="full")
+        config = config.simulated()
         batches = list(chosen_throws(config, controller, throws, seed, threads, release))
     columns = {name: np.concatenate([part[name] for part in batches]) for name in batches[0]}
     head = {"digest": config.digest(), "throws": len(columns["kind"]), "seed": seed, "versions": versions()}

@@ -24,7 +24,7 @@ from pnt_gym.cells.conveyor.sections import FollowThrough
 from pnt_gym.cells.gripper.action import MODES as TOSS_MODES
 from pnt_gym.cells.one_joint.action import MODES as GOAL_MODES
 from pnt_gym.planning.motion.kernel import go_back
-from pnt_gym.planning.motion.limits import EllipticWorkspace
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
@@ -145,7 +145,7 @@ def whole_cycle(
     picks, mover = core.context, core.cell.planner.mover
     plans = picks.plan if plans is None else plans
     motion = mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
-    back = mover.back(motion, picks.pick if following is None else following, picks.limits)
+    back = mover.back(motion, picks.pick if following is None else following, LimitRows.t3kr(picks.objects.percent))
     begin = motion.pick_velocity
     path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
     return motion, HandCycle(plans, motion.release_time, path)
@@ -177,7 +177,7 @@ def spy_on_plant(core: Core) -> list[tuple[Context, HandCycle, SimulatedThrows]]
 def is_feasible(core: Core, release: ReleaseBatch) -> np.ndarray:
     """Which releases of the coming picks the robot can execute (N,)."""
     context = core.context
-    return core.cell.planner.mover.is_feasible(context.pick, release, context.limits)
+    return core.cell.planner.mover.is_feasible(context.pick, release, LimitRows.t3kr(context.objects.percent))
 
 
 def with_objects(core: Core, **fields: Any) -> None:

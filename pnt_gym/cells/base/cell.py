@@ -53,6 +53,8 @@ class Purpose(IntEnum):
     """How an object rebounds and slides, how fast blown air makes the object, and how much is left in it."""
     CELL = 7
     """How a cell differs from other cells."""
+    HAND = 8
+    """How far a robot's hand is from its planned place in a throw."""
 
 
 class UpcomingThrows(Protocol):

@@ -220,7 +220,7 @@ class LevelConfig(Section):
     def shipped_files(cls) -> dict[str, Path]:
         """Files of the shipped levels by name, with those of the parent family."""
         files = {} if cls.parent is None else cls.parent.shipped_files()
-        return files | {path.stem: path for path in _levels_folder(cls.folder).glob("*.yaml")}
+        return files | {path.stem: path for path in shipped_folder(cls.folder).glob("*.yaml")}
 
     def ships(self) -> bool:
         """Whether the config is a shipped level, unchanged."""
@@ -237,7 +237,7 @@ class LevelConfig(Section):
     @classmethod
     def level_names(cls) -> tuple[str, ...]:
         """Names of the shipped levels, without those of the parent family."""
-        return tuple(sorted(path.stem for path in _levels_folder(cls.folder).glob("*.yaml")))
+        return tuple(sorted(path.stem for path in shipped_folder(cls.folder).glob("*.yaml")))
 
     @classmethod
     def _from_file(cls, level: str | Path, above: tuple[str, ...]) -> dict[str, Any]:
@@ -314,8 +314,8 @@ def serialize_level(level: Level) -> str | dict[str, Any]:
     return cast("dict[str, Any]", to_jsonable_python(dict(level), fallback=repr))
 
 
-def _levels_folder(folder: str | Path) -> Path:
-    """Path of a folder of shipped levels: inside an installed wheel, or beside the package in a checkout."""
+def shipped_folder(folder: str | Path) -> Path:
+    """Path of a folder of shipped files: inside an installed wheel, or beside the package in a checkout."""
     if isinstance(folder, Path):
         return folder
     package = Path(__file__).resolve().parents[2]

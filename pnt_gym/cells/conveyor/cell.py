@@ -125,7 +125,8 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         passed, collisions = self.source.passed.copy(), self.source.find_collisions(context, motion, grip_results)
         self.source.knock(collisions)
         # Without a belt, the present pick's draws say where the next object waits.
-        following = self.source.following(motion, context.limits, context.objects.draws.place[:, 1:3])
+        limits = self.planner.limits(context.objects)
+        following = self.source.following(motion, limits, context.objects.draws.place[:, 1:3])
         planned_results = PlannedResults(following.wait, passed, motion.placed, np.asarray(collisions.any(axis=1)))
         outcome = self._simulate(context, plans, motion, following.back, grip_results, planned_results)
         picks = self._drift.after(context, plans, outcome, following.context)
@@ -153,7 +154,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         """Simulated outcome of the coming throws, with a return to the same pick; `jitter` is of the release time."""
         context = self.context if jitter else self.context.without_jitter()
         motion, grip_results = self._motion(context, plans)
-        back = self.planner.mover.back(motion, context.pick, context.limits)
+        back = self.planner.mover.back(motion, context.pick, self.planner.limits(context.objects))
         wait, disturbed = (
             np.zeros(self.count),
             np.asarray(self.source.find_collisions(context, motion, grip_results).any(axis=1)),

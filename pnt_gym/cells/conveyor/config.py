@@ -7,23 +7,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Annotated, ClassVar, Final, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Positive, Range
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 from pnt_gym.cells.conveyor.drift import Bias, Cells, Drift, Feedback
+from pnt_gym.cells.conveyor.robot import T3KR, RobotSheet, read_sheet
 from pnt_gym.cells.conveyor.sections import ActionScale, Classifier, Cup, Grip, Limits, Motion, Pick, Suction, Throwable
 from pnt_gym.names import list_names
-from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import fastest_belt
 
 SUM_TOLERANCE: Final = 1e-6
 """Tolerance of shares that must sum to 1."""
+GRID: Final = 25
+"""Points along and across the window at which a robot's reach is tried."""
 LIP_GAP: Final = 0.0005
 """Gap between a held object and the rigid part of the cup, so that holding the object is not a contact [m]."""
 LIP_LENGTH: Final = 0.010
@@ -35,7 +37,7 @@ class ConveyorConfig(SortingLine):
 
     rules: ClassVar[MergeRules] = replace(
         SortingLine.rules,
-        wholes=frozenset({"mix", "classifier.confusion"}),
+        wholes=frozenset({"mix", "classifier.confusion", "robot"}),
         dependents={"items": ("mix", "classifier.confusion")},
     )
 
@@ -52,6 +54,11 @@ class ConveyorConfig(SortingLine):
         default=None,
         description="Relative frequency of the items; an item that is not listed never arrives. null: all items "
         "are equally frequent.",
+    )
+    robot: RobotSheet = Field(
+        default=T3KR,
+        description="The robot: the name of a shipped data sheet, or a data sheet. Joints and motors are those of the "
+        "T3KR; of any other robot only the hand is simulated, with `fidelity: flight`.",
     )
     limits: Limits = Limits()
     motion: Motion = Motion()
@@ -90,9 +97,16 @@ class ConveyorConfig(SortingLine):
     )
     picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Throws of an episode on the belt.")
 
+    @field_validator("robot", mode="before")
+    @classmethod
+    def _read_robot(cls, value: Any) -> Any:
+        """The data sheet of a shipped robot's name."""
+        return read_sheet(value) if isinstance(value, str) else value
+
     def problems(self) -> Iterator[str]:
         """A sentence for each problem of values that are possible alone, and not together."""
         yield from super().problems()
+        yield from self.robot_problems()
         yield from self.strangers("mix", self.mix or ())
         definitions = self.item_definitions()
         unheld = [name for name in self.items if name in definitions and definitions[name].seal_force is None]
@@ -112,6 +126,38 @@ class ConveyorConfig(SortingLine):
                 )
         yield from self.ride_problems()
 
+    def reached_share(self) -> float:
+        """Share of the window in which objects are picked that the hand reaches, at the lowest item's height."""
+        height = self.belt.height + min((item.size[2] for item in self.item_list()), default=0.0)
+        x, y = np.meshgrid(np.linspace(*self.belt.pick_x, GRID), np.linspace(*self.belt.lane_y, GRID))
+        return float(self.robot.workspace.contains(np.stack([x, y, np.full_like(x, height)], axis=-1)).mean())
+
+    def robot_problems(self) -> Iterator[str]:
+        """What is wrong with the robot in this cell."""
+        robot = self.robot
+        if self.fidelity == "full" and not robot.has_model:
+            yield (
+                f"fidelity is 'full' and robot is {robot.name!r}, known by its data sheet alone, without joints and "
+                "motors; set fidelity to 'flight'"
+            )
+        heavy = [item for item in self.item_list() if item.mass > robot.payload] if self.items else []
+        if heavy:
+            yield (
+                f"robot {robot.name!r} carries at most {robot.payload:g} kg; "
+                f"{list_names([f'{item.name} ({item.mass:g} kg)' for item in heavy])} is heavier"
+            )
+        (low, high), (left, right), lowest = self.belt.pick_x, self.belt.lane_y, self.belt.height
+        if self.reached_share() == 0.0:
+            yield (
+                f"robot {robot.name!r} covers 0 % of the window in which objects are picked, x {low:g} to {high:g} m "
+                f"and y {left:g} to {right:g} m at belt.height {lowest:g} m; move robot.reach or robot.height there"
+            )
+        if robot.reach.shape == "ring" and self.planner != "straight":
+            yield (
+                f"planner is {self.planner!r} and robot.reach is a ring, whose hole only the planner 'straight' keeps "
+                "clear of"
+            )
+
     @property
     def lift_x(self) -> Range:
         """Range along x in which objects are lifted [m]: the pick window, less the hand's ride before the lift."""
@@ -122,7 +168,7 @@ class ConveyorConfig(SortingLine):
         """What is wrong with the ride of a hand with the belt."""
         if not self.belt.tracking:
             return
-        speed, fastest = self.belt.speed, fastest_belt(LimitRows.t3kr(np.array(self.limits.percent)))
+        speed, fastest = self.belt.speed, fastest_belt(self.robot.limits(np.array(self.limits.percent)))
         if speed > fastest:
             yield (
                 f"belt.speed is {speed:g} m/s; a hand at {min(self.limits.percent):g} % of its limits can ride with "

@@ -139,11 +139,6 @@ class Context(Columns):
         )  # fmt: skip
         return cls(rows, objects, throw_limits, plan, depth)
 
-    @cached_property
-    def limits(self) -> LimitRows:
-        """Limits of the hand, by each object's speed setting."""
-        return LimitRows.t3kr(self.objects.percent)
-
     @property
     def kind(self) -> Ints:
         """Item that the classifier sees in each object: index into the cell's items (N,)."""
@@ -204,8 +199,8 @@ class Context(Columns):
     @cached_property
     def cup_offset(self) -> Floats:
         """Cup tip relative to the planner's point (N, 3) [m]."""
-        offset = np.zeros((len(self.objects.known_depth), 3))
-        offset[:, 2] = self.objects.known_depth
+        offset = self.objects.hand_error.copy()
+        offset[:, 2] += self.objects.known_depth
         return offset
 
     @cached_property

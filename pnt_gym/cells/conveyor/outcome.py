@@ -12,6 +12,7 @@ from pnt_gym.cells.base.flight import Landed, Touchdown
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips
+from pnt_gym.cells.conveyor.robot import RobotSheet
 
 
 @final
@@ -102,6 +103,7 @@ def judge(
         planned_results: results that need no simulation.
     """
     landing = simulated.touchdown.landing_fields(context.target, context.opening, context.bin_depth, context.direction)
+    effort = simulated.effort if config.robot.has_model else _stated_effort(config.robot, cycle_time)
     ended_in, objects = bins_of(simulated.touchdown, context, config, landing["in_bin"]), context.objects
     # A bin that is drawn for a throw accepts the item that the classifier saw.
     fits = accepts[objects.kind, ended_in] if config.bins.fixed else objects.kind == objects.measured.kind
@@ -109,16 +111,22 @@ def judge(
         **landing,
         landing_error=np.sqrt(landing["landing_along"] ** 2 + landing["landing_across"] ** 2),
         cycle_time=cycle_time,
-        peak_torque=simulated.effort.torque,
+        peak_torque=effort.torque,
         tracking_error=simulated.tracking_error,
         picked=simulated.grips.picked,
         dropped=simulated.grips.dropped,
         grip_margin=simulated.grips.margin,
-        energy=simulated.effort.energy,
+        energy=effort.energy,
         ended_in=ended_in,
         belongs=(ended_in >= 0) & fits,
         **vars(planned_results),
     )
+
+
+def _stated_effort(sheet: RobotSheet, cycle_time: Floats) -> Effort:
+    """Effort of a robot by its data sheet in cycles (N,) [s]; NaN where the sheet says nothing."""
+    power = np.nan if sheet.energy is None else sheet.energy / sheet.cycle
+    return Effort(np.full_like(cycle_time, np.nan), power * cycle_time)
 
 
 def bins_of(touchdown: Touchdown, context: Context, config: ConveyorConfig, in_bin: Bools) -> Ints:

@@ -27,7 +27,6 @@ from pnt_gym.cells.conveyor.sections import Throwable
 from pnt_gym.cells.conveyor.throwable import is_throwable
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
-from pnt_gym.robots.t3kr.geometry import T3KR
 
 BESIDE: Final = 0.02
 """Distance from a bin at which a carried object counts as in its way: walls and what swings under the cup [m]."""
@@ -56,7 +55,7 @@ class PickPlanner:
 
     def __init__(self, config: ConveyorConfig) -> None:
         self.config = config
-        self.workspace = EllipticWorkspace(T3KR.workspace_x, T3KR.workspace_y, T3KR.z_min, T3KR.z_max)
+        self.workspace = config.robot.workspace
         self.mover: Mover = self._mover(config.planner)
         self._put_mover = self._mover("ellipse") if config.planner == "auto" else None
         fixed = config.bins.fixed
@@ -82,6 +81,7 @@ class PickPlanner:
                 "spread",
                 normal,
             ),
+            (config.robot.accuracy, Purpose.HAND, "hand", normal),
         )
         self._side_draws = [effect[1:] for effect in side_effects if effect[0]]
         """Purposes for which the level draws aside, fields of `SideDraws` for these draws, and how they are drawn."""
@@ -242,9 +242,13 @@ class PickPlanner:
         moved, _ = self._apply_throw_rule(moved)
         return moved.replace(plan=self.mark_feasible(moved, moved.plan))
 
+    def limits(self, objects: Objects) -> LimitRows:
+        """Limits of the hand, by each object's speed setting."""
+        return self.config.robot.limits(objects.percent)
+
     def grip_limits(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
         """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
-        safety, limits = self.config.grip.safety, LimitRows.t3kr(objects.percent)
+        safety, limits = self.config.grip.safety, self.limits(objects)
         if safety is None:
             return limits, np.ones(len(objects.measured.kind), dtype=np.bool_)
         required = self._table.safety[objects.measured.kind] if safety == "surface" else safety
@@ -255,7 +259,7 @@ class PickPlanner:
     def warn_of_reach(self) -> None:
         """Warn of fixed bins that no throw reaches: they stay empty, and other bins get their items."""
         objects, pick = self.draw_picks([np.random.default_rng(0)], np.zeros(TRIAL_THROWS, dtype=np.int64))
-        limits, ceiling = LimitRows.t3kr(objects.percent), pick[:, 2] + self.config.motion.ceiling
+        limits, ceiling = self.limits(objects), pick[:, 2] + self.config.motion.ceiling
         for fixed in self.config.bins.fixed:
             target = np.tile([fixed.x, fixed.y, self.config.bins.rim], (TRIAL_THROWS, 1))
             if not self.mover.is_feasible(pick, self.mover.plan(pick, target, limits, ceiling), limits).any():

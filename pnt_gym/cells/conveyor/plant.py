@@ -32,9 +32,8 @@ from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.errors import PhysicsError
-from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
-from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
-from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, knot_count, upsample
+from pnt_gym.robots.joints import JointMotion, qpos_columns, qvel_columns
+from pnt_gym.robots.t3kr.references import knot_count, upsample
 
 
 @final
@@ -62,8 +61,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.free = FreeObjects(config, count, threads)
         model, robot = self.scene.model, self.scene.robot
         self._robot_qpos, self._robot_qvel = qpos_columns(model, robot), qvel_columns(model, robot)
-        self._motors = np.array([int(model.joint(arm).dofadr[0]) for arm in robot.arm_joints])
-        self._rods_per_arm = robot.rods_per_arm
+        self._motors = np.array([int(model.joint(arm).dofadr[0]) for arm in robot.motor_joints])
         self._cups = np.array(self.scene.cup_geoms)
         self._cup_halves: Floats = model.geom_size[self._cups, 1]
         """Half lengths of the cylinders of a cup [m]."""
@@ -151,10 +149,10 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
             begin = clock.hand(np.zeros(1, dtype=np.int64))
             cup, velocity = begin.position[:, 0], begin.velocity[:, 0]
             qvel = np.zeros((len(rows), scene.model.nv))
-            qvel[:, self._robot_qvel] = closed_velocity(cup, velocity, self._rods_per_arm, scene.robot.geometry)
+            qvel[:, self._robot_qvel] = scene.robot.rates(cup, velocity)
             qvel[:, scene.object_qvel : scene.object_qvel + 3] = velocity
             self.qvel[rows] = qvel
-        qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
+        qpos[:, self._robot_qpos] = scene.robot.pose(cup)
         qpos[:, first : first + 2] = cup[:, :2] + context.grasp
         qpos[:, first + 2] = cup[:, 2] - o.com_depth
         qpos[:, first + 3 : first + 7] = o.attitude
@@ -249,7 +247,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         ahead = clock.end - clear
         last = -(-max(ahead.tolist()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
-        knots = joint_knots(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
+        knots = self.scene.robot.motion(*clock.hand(clear[:, None] + steps))
         planned = in_order(knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0), steps * clock.step)
         return Effort(*recorded.loads_between(*planned))
 
@@ -277,7 +275,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         # Without the limit a hand that rides with the belt would ride on until the longest throw ends, out of reach.
         # Interpolation up to the end needs one more knot behind it.
         position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None] + clock.stride))
-        return joint_knots(position, velocity, acceleration, geometry=self.scene.robot.geometry)
+        return self.scene.robot.motion(position, velocity, acceleration)
 
 
 def _tracking_error(sensors: Floats, clock: ThrowClock) -> Floats:

@@ -31,10 +31,13 @@ from pnt_gym.cells.base.stage import (
 )
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.robot import RobotSheet
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY
 from pnt_gym.engine import MjModel, MjSpec, mujoco
+from pnt_gym.robots.joints import Robot
+from pnt_gym.robots.rails.model import add_rails
 from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, set_options
-from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr
+from pnt_gym.robots.t3kr.model import add_t3kr
 
 CUP_LENGTH: Final = 0.050
 FLOOR_DROP: Final = 0.02
@@ -51,9 +54,11 @@ SENSORS: Final = {
     "any_contact": slice(6, 8),
     "hand_position": slice(8, 11),
     "cup_contact": slice(11, 13),
-    "torque": slice(13, 17),
+    "torque": slice(13, None),
 }
-"""Columns of sensordata; without the robot only the object's. A contact is (number, smallest distance [m])."""
+"""Columns of sensordata; without the robot only the object's. A contact is (number, smallest distance [m]).
+
+A robot of M motors has M torques."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +80,7 @@ class Surroundings:
 class Scene(Surroundings):
     """A compiled cell with the robot, and the ids of the grip, of the cup and of their actuators."""
 
-    robot: T3krHandles
+    robot: Robot
     grip_site: int
     grip_equality: int
     spin_controls: slice
@@ -97,7 +102,7 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
         rods: "four" (the default) or "eight" rods in the robot.
     """
     spec = _empty_stage(config)
-    robot = add_t3kr(spec, rods="eight" if rods == "eight" else "four")
+    robot = add_robot(spec, config.robot, rods)
     add_cup(spec, config.lip_length)
     _add_object_and_bins(spec, config)
     _add_grip(spec, config)
@@ -121,6 +126,11 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
         swing_controls=_controls(model, swing),
         push_controls=_controls(model, _actuators(model, "push", int(config.pushes))),
     )
+
+
+def add_robot(spec: MjSpec, sheet: RobotSheet, rods: str = "four") -> Robot:
+    """Add the robot of a sheet, or its stand-in where only the sheet is known."""
+    return add_t3kr(spec, rods="eight" if rods == "eight" else "four") if sheet.has_model else add_rails(spec)
 
 
 def _actuators(model: MjModel, first: str, count: int) -> slice:

@@ -15,8 +15,8 @@ class Limits(Section):
     percent: tuple[Annotated[float, Field(ge=1, le=100)], ...] = Field(
         default=(40.0,),
         min_length=1,
-        description="Speed settings in percent of the robot's limits, V 6 m/s, A 120 m/s2 and J 3000 m/s3 (Hassan "
-        "2022, IV-B); a throw draws one.",
+        description="Speed settings in percent of the robot's limits; those of the T3KR are V 6 m/s, A 120 m/s2 and "
+        "J 3000 m/s3 (Hassan 2022, IV-B). A throw draws one.",
     )
 
 

@@ -23,7 +23,6 @@ from pnt_gym.cells.grasp.surfaces import (
     seal_holds,
     surface_table,
 )
-from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.rows import Columns, Pair, field
 
@@ -115,7 +114,7 @@ class Grasper:
 
     def _plan(self, context: Context, pace: Floats) -> Context:
         """The picks with throws at shares of the robot's acceleration (N,), feasible or not."""
-        return self._planner.plan_at(context, context.pick, pace * T3KR_ACCELERATION)
+        return self._planner.plan_at(context, context.pick, pace * self._planner.config.robot.acceleration)
 
     def _grasped(self, context: Context, place: Floats, number: Ints) -> tuple[Context, Floats]:
         """The picks with the cups at places, and their throws at the fastest pace, feasible or not; and the leaks."""
@@ -136,7 +135,8 @@ class Grasper:
             holds, unseen = self._holds(objects, force, number, config.surface), unseen + surfaces.com
             objects = self._seal(objects, grasp + unseen, force, unseen, holds)
         pick = context.pick + join_columns(place[:, 0], place[:, 1], 0.0)
-        return self._planner.plan_at(context.replace(objects=objects), pick, context.limits.acceleration), leak
+        fastest = self._planner.limits(objects).acceleration
+        return self._planner.plan_at(context.replace(objects=objects), pick, fastest), leak
 
     def _holds(self, objects: Objects, force: Floats, number: Ints, surface: Surface) -> Bools:
         """Whether seals of a force (N,) [N] hold their objects in the tries of some numbers (N,)."""

@@ -26,7 +26,6 @@ from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.groups import GroupPicks
 from pnt_gym.cells.grasp.observation import SPACE, GraspSight, encode
 from pnt_gym.cells.grasp.pictures import PictureMaker
-from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
 
 Observation = dict[str, NDArray[Any]]
 
@@ -178,7 +177,7 @@ class GraspCore:
         """
         waited, pick = picks.replace(spent=picks.spent + time), picks.pick.copy()
         pick[:, 0] += self.config.belt.speed * time
-        ridden = self.cell.planner.plan_at(waited, pick, picks.limits.acceleration)
+        ridden = self.cell.planner.plan_at(waited, pick, self.cell.planner.limits(picks.objects).acceleration)
         stays = np.flatnonzero(~ridden.plan.feasible)
         return put_rows(ridden, stays, take(waited, stays), len(time))
 
@@ -201,7 +200,7 @@ class GraspCore:
         # Hands that carry nothing get a draw with which no cup seals.
         hangs = np.where(carries, context.objects.pick_draw, -1.0)
         self.cell.context = context.replace(objects=context.objects.replace(pick_draw=hangs))
-        pace = self.cell.context.throw_limits.acceleration / T3KR_ACCELERATION
+        pace = self.cell.context.throw_limits.acceleration / self.config.robot.acceleration
         if waiting.size == 0:
             result = self.throws.step(wishes.residual)
         else:

@@ -125,8 +125,9 @@ def record_cycle(
         recording: recording of the simulated throw; None where the throw was not simulated.
     """
     context = decision.context
+    limits = cell.robot.limits(context.objects.percent)
     # The hand moves to its object, and along with the object until the lift.
-    _, back = mover.meet(ThrowMotion.resting(decision.hand), decision.place, context.limits)
+    _, back = mover.meet(ThrowMotion.resting(decision.hand), decision.place, limits)
     path = JerkTrajectory.concatenate(decision.hand, [back], rides=True)
     moments = _sample_times(0.0, decision.lift - decision.start)
     share = np.minimum(moments / max(path.duration[0], SAMPLE_TIME), 1.0)[:, None]
@@ -135,7 +136,7 @@ def record_cycle(
     if not decision.picked:
         motion = ThrowMotion.resting(context.pick)
         if cell.belt.tracking:
-            motion = stop_motion(context.pick, context.limits, cell.belt.speed)
+            motion = stop_motion(context.pick, limits, cell.belt.speed)
         hand, object_track = _hand_track(decision, motion), None
     elif recording is None:
         motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)

@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final, Literal, cast, final
+from typing import Annotated, Any, ClassVar, Final, Literal, Self, cast, final
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
@@ -15,6 +15,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate_files
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.robot import RobotSheet
 from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, Value
 from pnt_gym.constants import WORLD
 from pnt_gym.errors import ConfigError, one_sentence
@@ -134,6 +135,8 @@ class LineConfig(LevelConfig):
         cell = cast("dict[str, Any]", value)
         if misplaced := [key for key in cell if key in set(cls.model_fields) - set(ConveyorConfig.model_fields)]:
             raise ValueError(f"cell: {list_names(misplaced)} must stand beside `cell`, and not in it")
+        if cell.get("robot") is not None:  # how much of a throw is simulated, `throws` of the line says
+            cell = {"fidelity": "flight", **cell}
         bins: object = cell.get("bins")
         if isinstance(bins, dict) and cast("dict[str, Any]", bins).get("random") is not None:
             raise ValueError(_random_bins_error(info.data.get("name")))
@@ -160,6 +163,7 @@ class LineConfig(LevelConfig):
                 f"belt that runs {self.cell.belt.speed:g} m/s takes {self.objects:.3g} objects; at most "
                 f"{MOST_OBJECTS} are drawn: shorten the shift, or move the robots closer together"
             )
+        yield from self._sheet_problems()
         yield from self._robot_problems()
         yield from self.cell.strangers("value.of", self.value.of)
         yield from self.cell.strangers("cost.per_tonne", self.cost.per_tonne)
@@ -207,6 +211,20 @@ class LineConfig(LevelConfig):
             yield "cell.drift is not zero; a line has no drift: leave cell.drift out"
         if cell.cells.ranges:
             yield "cell.cells has ranges; a line's throws are those of one cell: leave cell.cells out"
+
+    def _sheet_problems(self) -> Iterator[str]:
+        """What is wrong with the robots' data sheets."""
+        strange = [sheet.name for sheet in self.sheets() if not sheet.has_model]
+        if self.throws == "full" and strange:
+            yield (
+                f"throws is 'full' and robot is {list_names(dict.fromkeys(strange))}, known by the data sheet alone, "
+                "without joints and motors; set throws to 'table' or 'flight'"
+            )
+        for robot in self.robots:
+            if robot.robot is not None:
+                cell = self.cell.model_copy(update={"robot": robot.robot, "fidelity": "flight"})
+                for clause in (*cell.robot_problems(), *cell.ride_problems()):
+                    yield f"robot {robot.name!r}: {clause}"
 
     def _robot_problems(self) -> Iterator[str]:
         """What is wrong with the robots beside each other: names, bins that fill, windows and standstills."""
@@ -258,7 +276,8 @@ class LineConfig(LevelConfig):
         """Name of the line's table of throws, from everything on which its robots' throws depend."""
         different: set[str] = set()
         for cell in self.cells():
-            unconcerned = _UNCONCERNED if cell.bias.applies else {*_UNCONCERNED, "bias"}
+            absent = {"bias": not cell.bias.applies, "robot": cell.robot.has_model}
+            unconcerned = {*_UNCONCERNED, *(name for name, is_absent in absent.items() if is_absent)}
             different.add(json.dumps(cell.model_dump(mode="json", exclude=unconcerned), sort_keys=True))
         return hashlib.sha256("\n".join([f"world {WORLD}", *sorted(different)]).encode()).hexdigest()[:16]
 
@@ -273,7 +292,9 @@ class LineConfig(LevelConfig):
     def cell_of(self, index: int) -> ConveyorConfig:
         """One robot as a conveyor cell of its own."""
         robot, cell = self.robots[index], self.cell
-        changes: dict[str, Any] = {"fidelity": "full" if self.throws == "table" else self.throws}
+        changes: dict[str, Any] = {"fidelity": self.finest if self.throws == "table" else self.throws}
+        if robot.robot is not None:
+            changes["robot"] = robot.robot
         if robot.percent:
             changes["limits"] = cell.limits.model_copy(update={"percent": robot.percent})
         if not robot.bins:
@@ -285,6 +306,19 @@ class LineConfig(LevelConfig):
         cell_config = checked.model_copy(update={"bins": cell.bins.model_copy(update={"fixed": robot.bins})})
         items: Ints = np.flatnonzero(cell_config.acceptance().sum(axis=1))
         return cell_config.model_copy(update={"mix": {cell.items[k]: float(cell.shares()[k] or 1.0) for k in items}})
+
+    def sheets(self) -> list[RobotSheet]:
+        """Data sheet of each robot."""
+        return [robot.robot or self.cell.robot for robot in self.robots]
+
+    @property
+    def finest(self) -> Literal["flight", "full"]:
+        """The most that can be simulated: all of the throws, or flights where a robot is known by its sheet alone."""
+        return "full" if all(sheet.has_model for sheet in self.sheets()) else "flight"
+
+    def simulated(self, **changes: Any) -> Self:
+        """The line with throws that are simulated as far as its robots are known."""
+        return self.load(self, throws=self.finest, **changes)
 
     def can_take(self) -> Bools:
         """Whether each robot (rows) takes an object classified as each item (columns)."""

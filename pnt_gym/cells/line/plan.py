@@ -24,9 +24,9 @@ from pnt_gym.planning.motion.strokes import fading_time, least_fading, limits_be
 from pnt_gym.planning.straight.kernel import (
     braking_limit,
     choose_slopes,
-    keep_stops_inside,
     release_rows,
     reserve_shift,
+    stays_inside,
     stop_distance,
 )
 from pnt_gym.planning.straight.rows import StopRules, Throw
@@ -111,30 +111,33 @@ def _write_throw(rules: StopRules, throw: Throw, release: Any, fading: float, ch
 
 
 @kernel_part
+def _space(setting: Setting) -> Space:
+    """Workspace of the robot that has a speed setting."""
+    s = setting
+    return Space(s.semi_x, s.semi_y, s.z_min, s.z_max, s.x, s.y, s.hole)
+
+
+@kernel_part
 def _plan_throws(
     tables: Tables, candidates: Rows1[Candidate], seen: Rows2[Seen], meetings: Rows1[Meeting]
 ) -> Rows1[Choice]:
     """Plan the throws of met candidates that robots can execute for their targets and for moved targets."""
     count, line = len(meetings), tables.line[0]
     throws, fading, is_good = empty_rows(count, THROW), np.empty(count), np.empty(count, dtype=np.bool_)
-    rules, borders, shifts = (
-        StopRules(line.coast, line.gravity_share, line.reserve),
-        line.workspace,
-        np.empty((count, 2)),
-    )
-    space = Space(borders[0], borders[1], borders[2], borders[3])
+    rules, shifts = StopRules(line.coast, line.gravity_share, line.reserve), np.empty((count, 2))
     for m in range(count):
         candidate, pick = candidates[meetings[m].candidate], meetings[m].pick
         setting, site = tables.settings[candidate.setting], tables.sites[candidate.site]
         fading[m], is_good[m] = _lay_out(line, setting, site, pick, throws[m])
-        is_good[m] &= space_margin(pick[0], pick[1], pick[2], space) >= 0.0
+        is_good[m] &= space_margin(pick[0], pick[1], pick[2], _space(setting)) >= 0.0
         shifts[m, 0], shifts[m, 1] = reserve_shift(throws[m], pick, line.reserve)
     releases = release_rows(throws, False, False, choose_slopes(throws, False))
-    is_accepted = keep_stops_inside(throws, releases, shifts, rules, space)
     choices, good = empty_rows(count, CHOICE), 0
     for m in range(count):
-        if is_good[m] and is_accepted[m]:
-            choice, candidate = choices[good], candidates[meetings[m].candidate]
+        candidate, shift = candidates[meetings[m].candidate], (shifts[m, 0], shifts[m, 1])
+        space = _space(tables.settings[candidate.setting])
+        if is_good[m] and stays_inside(throws[m], releases[m], shift, rules, space):
+            choice = choices[good]
             _write_pick(tables, candidate, meetings[m], seen[candidate.line, candidate.place].index, choice)
             _write_throw(rules, throws[m], releases[m], fading[m], choice)
             good += 1

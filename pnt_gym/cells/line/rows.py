@@ -8,7 +8,7 @@ from typing import Final, NamedTuple, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, take
-from pnt_gym.rows import Bools2, Floats1, Floats3, Pair, Quadruple, Row, Rows1, Rows2, Triple, field, put
+from pnt_gym.rows import Bools2, Floats1, Floats3, Pair, Row, Rows1, Rows2, Triple, field, put
 
 CHOICES: Final = 16
 """Choices that a robot has at most."""
@@ -57,7 +57,6 @@ class LineNumbers(Row):
     coast: float = field("s", "time at constant velocity after the release")
     gravity_share: float = field("-", "share of gravity with which a hand falls while it brakes; 0 without a bound")
     reserve: float = field("m", "displacement of the target with which a throw has to be possible")
-    workspace: Quadruple = field("m", "semi-axes along x and y, least and greatest height of the workspace")
 
 
 @final
@@ -103,6 +102,13 @@ class Setting(Row):
     behind: float = field("m", "distance from the end of the way to the lift")
     low: float = field("m", "upstream end of the ends of ways")
     high: float = field("m", "downstream end of the ends of ways")
+    semi_x: float = field("m", "semi-axis of the robot's workspace along x, from its base as the next ones")
+    semi_y: float = field("m", "semi-axis of the workspace along y")
+    z_min: float = field("m", "least height of the workspace")
+    z_max: float = field("m", "greatest height of the workspace")
+    x: float = field("m", "centre of the workspace along x")
+    y: float = field("m", "centre of the workspace along y")
+    hole: float = field("m", "radius of the workspace's hole")
 
 
 @final

@@ -13,12 +13,11 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.stage import BELT_THICKNESS, ITEM_RGBA, light_stage
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.scene import add_bins, add_cup, add_ground
+from pnt_gym.cells.conveyor.scene import add_bins, add_cup, add_ground, add_robot
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.engine import MjData, MjModel, MjSpec, mujoco
 from pnt_gym.robots.brush import FIXED_GROUP, MOTOR, PAINT, STEEL, Brush
-from pnt_gym.robots.t3kr.kinematics import closed_pose
-from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr, qpos_columns
+from pnt_gym.robots.joints import Robot, qpos_columns
 
 MARGIN: Final = 0.5
 """Length of belt that pictures show beyond the outermost windows; upstream they show at least the camera's place
@@ -30,7 +29,7 @@ UNUSED_RGBA: Final = (0.62, 0.64, 0.66, CLEAR)
 GROUND: Final = 9.0
 """Half of the drawn floor's side [m]."""
 ABOVE: Final = 0.14
-"""Height of the mounting plate's upper side above the motors [m]."""
+"""Height of the mounting plate's upper side above the robot's mount [m]."""
 STAND: Final = 0.45
 """Distance of the posts from the belt, where no arm swings [m]."""
 HOOD: Final = (0.16, 0.30)
@@ -40,18 +39,20 @@ HOOD: Final = (0.16, 0.30)
 @final
 @dataclass(frozen=True)
 class LineScene:
-    """The compiled line, and the columns of its robots' joints."""
+    """The compiled line with its robots."""
 
     model: MjModel
     data: MjData
-    columns: Ints
-    """Columns of qpos that `closed_pose` fills, for each robot (R, 15)."""
+    robots: tuple[Robot, ...]
+    columns: tuple[Ints, ...]
+    """Columns of qpos that the pose of each robot fills."""
     belt: tuple[float, float]
     """Ends of the visible belt along x [m]."""
 
     def pose(self, tips: Floats) -> None:
         """Place the tips of the robots' cups at positions (R, 3) [m], each from its robot's base."""
-        self.data.qpos[self.columns] = closed_pose(tips)
+        for robot, columns, tip in zip(self.robots, self.columns, tips, strict=True):
+            self.data.qpos[columns] = robot.pose(tip[None])[0]
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 
@@ -81,10 +82,10 @@ def build_scene(config: LineConfig) -> LineScene:
     for x in (belt[0] + half, belt[1] - half):
         brush.box((x, middle, belt_config.height + height / 2), (half, width + 0.03, height / 2), PAINT)
         brush.box((x, middle, belt_config.height + height), (half + 0.01, width + 0.04, 0.008), STEEL)
-    handles = [_add_robot(spec, config, index) for index in range(len(config.robots))]
+    robots = tuple(_add_robot(spec, config, index) for index in range(len(config.robots)))
     model = spec.compile()
-    columns = np.stack([qpos_columns(model, robot) for robot in handles])
-    return LineScene(model, mujoco.MjData(model), columns, belt)
+    columns = tuple(qpos_columns(model, robot) for robot in robots)
+    return LineScene(model, mujoco.MjData(model), robots, columns, belt)
 
 
 def belt_extent(config: LineConfig) -> tuple[float, float]:
@@ -93,15 +94,15 @@ def belt_extent(config: LineConfig) -> tuple[float, float]:
     return min(low, config.robots[0].x + config.cell.belt.pick_x[0] - MARGIN), high + MARGIN
 
 
-def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> T3krHandles:
+def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> Robot:
     """Add one robot with its cup and its bins at its place."""
     cell, robot_spec = config.cell_of(index), mujoco.MjSpec()
-    robot = add_t3kr(robot_spec)
+    robot = add_robot(robot_spec, cell.robot)
     add_cup(robot_spec, cell.lip_length)
     add_bins(robot_spec, cell)
     # Add the stand of a robot: a post on the far side of the belt, and a beam over the belt.
     floor = float(spec.geom("floor").pos[2])
-    brush, base = Brush(robot_spec.worldbody.add_body(name="stand"), FIXED_GROUP), robot.geometry.pivot_z + ABOVE
+    brush, base = Brush(robot_spec.worldbody.add_body(name="stand"), FIXED_GROUP), robot.mount + ABOVE
     y = cell.belt.y[0] - STAND
     brush.box((0, y, (base + floor) / 2), (0.06, 0.06, (base - floor) / 2), STEEL)
     brush.box((0, y / 2, base + 0.05), (0.06, -y / 2 + 0.06, 0.05), STEEL)

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from pnt_gym.arrays import Ints, concatenate_records
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.rows import Choice, LineNumbers, Setting, Site, Standstill, Station, Tables
 from pnt_gym.planning.motion.kernel import fade
-from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.planning.motion.limits import Space
 from pnt_gym.planning.motion.riding import arrival_time
 from pnt_gym.rows import Rows1
 
@@ -23,7 +22,7 @@ def make_tables(config: LineConfig, planners: Sequence[PickPlanner], kind_of: In
 
     Args:
         config: level of the line.
-        planners: planner of each kind of robots; the kinds differ in bins and speed settings alone.
+        planners: planner of each kind of robots; the kinds differ in robot, bins and speed settings alone.
         kind_of: kind of each robot (R,).
         chances: table of the robots' throws.
     """
@@ -49,14 +48,14 @@ def make_tables(config: LineConfig, planners: Sequence[PickPlanner], kind_of: In
             len(centres), centre=centres, bin=np.concatenate([np.arange(len(kind.bins.fixed)) for kind in kinds])
         ),
         accepts=np.ascontiguousarray(np.concatenate([kind.acceptance().T for kind in kinds])),
-        settings=concatenate_records([_settings(kind) for kind in kinds]),
+        settings=concatenate_records([_settings(planner) for planner in planners]),
         chances=chances.table,
         blank=Choice.zeros(1),
     )
 
 
 def _line_row(config: LineConfig, planner: PickPlanner) -> Rows1[LineNumbers]:
-    belt, motion, space = config.cell.belt, planner.config.motion, planner.workspace
+    belt, motion = config.cell.belt, planner.config.motion
     share, (low, high), (upstream, downstream) = motion.follow_through.gravity_share, belt.pick_x, config.reach
     return LineNumbers.zeros(
         1,
@@ -77,14 +76,14 @@ def _line_row(config: LineConfig, planner: PickPlanner) -> Rows1[LineNumbers]:
         coast=motion.follow_through.window,
         gravity_share=share or 0.0,
         reserve=motion.reserve,
-        workspace=[space.semi_x, space.semi_y, space.z_min, space.z_max],
     )
 
 
-def _settings(kind: ConveyorConfig) -> Rows1[Setting]:
+def _settings(planner: PickPlanner) -> Rows1[Setting]:
     """The speed settings of a kind of robots."""
+    kind, space = planner.config, Space.of(planner.workspace)
     belt, motion = kind.belt, kind.motion
-    limits = LimitRows.t3kr(np.array(kind.limits.percent, dtype=np.float64))
+    limits = kind.robot.limits(np.array(kind.limits.percent, dtype=np.float64))
     way, least_time, early, behind = limits, -np.inf, 0.0, 0.0
     if belt.tracking:
         # The way of the hand ends upstream of the object, where the hand begins to ride.
@@ -106,4 +105,5 @@ def _settings(kind: ConveyorConfig) -> Rows1[Setting]:
         behind=behind,
         low=low - behind,
         high=high - behind,
+        **space._asdict(),
     )

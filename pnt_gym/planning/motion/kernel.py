@@ -313,9 +313,24 @@ def space_margin(x: float, y: float, z: float, space: Space) -> float:
     """Distance of a point to the border of a workspace [m], as `EllipticWorkspace.margin` explains; NaN gives NaN."""
     if math.isnan(x + y + z):
         return math.nan
+    x, y = x - space.x, y - space.y
     east, north = x / space.semi_x, y / space.semi_y
     sideways = (1.0 - math.sqrt(east * east + north * north)) * min(space.semi_x, space.semi_y)
+    if space.hole > 0.0:
+        sideways = min(sideways, math.sqrt(x * x + y * y) - space.hole)
     return min(sideways, z - space.z_min, space.z_max - z)
+
+
+@kernel_part
+def passes_hole(x: float, y: float, end_x: float, end_y: float, space: Space) -> bool:
+    """Whether a straight way passes beside the hole of a workspace."""
+    if space.hole <= 0.0:
+        return True
+    x, y, way_x, way_y = x - space.x, y - space.y, end_x - x, end_y - y
+    length = way_x * way_x + way_y * way_y
+    share = min(max(-(x * way_x + y * way_y) / length, 0.0), 1.0) if length > 0.0 else 0.0
+    near_x, near_y = x + share * way_x, y + share * way_y
+    return near_x * near_x + near_y * near_y >= space.hole * space.hole
 
 
 @kernel

@@ -162,17 +162,20 @@ def _check_limit(name: str, value: ArrayLike) -> float | Floats:
 
 
 class Space(NamedTuple):
-    """An elliptic workspace: semi-axes along x and y, least and greatest height [m]; see `EllipticWorkspace`."""
+    """A workspace for compiled functions [m]; see `EllipticWorkspace`."""
 
     semi_x: float
     semi_y: float
     z_min: float
     z_max: float
+    x: float
+    y: float
+    hole: float
 
     @classmethod
     def of(cls, workspace: EllipticWorkspace) -> Self:
-        """The numbers of a workspace, for compiled functions."""
-        return cls(workspace.semi_x, workspace.semi_y, workspace.z_min, workspace.z_max)
+        """The numbers of a workspace."""
+        return cls(*(getattr(workspace, name) for name in cls._fields))
 
 
 class LineBounds(NamedTuple):
@@ -190,24 +193,32 @@ class LineBounds(NamedTuple):
 @final
 @dataclass(frozen=True)
 class EllipticWorkspace:
-    """Workspace that is an ellipse in top view (Hassan et al. 2022, section IV-A), centred on the z axis.
+    """Workspace that is an ellipse in top view (Hassan et al. 2022, section IV-A), perhaps with a round hole.
 
-    The paper prints no size; the default semi-axes are ours, and hold every point at which the paper's hand is.
+    The paper prints no size; the default semi-axes are ours, and hold every point at which the paper's hand is. An arm
+    that stands on the ground does not reach its own base: a circle with a hole is a ring.
 
     Attributes:
         semi_x: semi-axis along x [m].
         semi_y: semi-axis along y [m].
         z_min: lowest height [m].
         z_max: greatest height [m].
+        x: place of the centre [m].
+        y: see x.
+        hole: radius of the hole about the centre, 0 for none [m].
 
     Raises:
-        ValueError: if a semi-axis is not positive and finite, a height is NaN, or z_min is not below z_max.
+        ValueError: if a semi-axis is not positive and finite, a height is NaN, z_min is not below z_max, the centre is
+            not finite, or the hole leaves no room.
     """
 
     semi_x: float = 0.45
     semi_y: float = 0.80
     z_min: float = -math.inf
     z_max: float = math.inf
+    x: float = 0.0
+    y: float = 0.0
+    hole: float = 0.0
 
     def __post_init__(self) -> None:
         # The two semi-axes; heights may be infinite.
@@ -217,6 +228,12 @@ class EllipticWorkspace:
                 raise PlanningError(f"{item.name} must be positive and finite [m], got {value}")
         if not number(self.z_min, "z_min") < number(self.z_max, "z_max"):
             raise PlanningError(f"z_min must lie below z_max [m], got {self.z_min} and {self.z_max}")
+        for name in ("x", "y"):
+            if not math.isfinite(number(getattr(self, name), name)):
+                raise PlanningError(f"{name} must be finite [m], got {getattr(self, name)}")
+        narrowest = min(self.semi_x, self.semi_y)
+        if not 0.0 <= number(self.hole, "hole") < narrowest:
+            raise PlanningError(f"hole must be at least 0 and below {narrowest} m, got {self.hole}")
 
     def contains(self, points: ArrayLike) -> Bools:
         """Return whether points (..., 3) [m] lie inside or on the border, shape (...,)."""
@@ -226,7 +243,8 @@ class EllipticWorkspace:
         """Return the distance [m] of points (..., 3) to the border, shape (...,); positive inside, negative outside.
 
         The horizontal part, (1 - |q|) min(semi-axes) with q the point in units of the semi-axes, is a lower
-        bound of the distance to the ellipse for points inside the ellipse; the sign is exact everywhere.
+        bound of the distance to the ellipse for points inside the ellipse; the sign is exact everywhere. q is taken
+        from the centre.
         """
         places = tuples(points, "points")
         return kernel.margins(*in_order(places.reshape(-1, 3)), Space.of(self)).reshape(places.shape[:-1])
@@ -235,10 +253,12 @@ class EllipticWorkspace:
         """Return the workspace within the vertical half-planes from ``points`` (N, 3) at azimuth (cosine, sine).
 
         Distances are horizontal from the point, heights relative to the point. Where the half-plane misses the
-        workspace, near is greater than far.
+        workspace, near is greater than far. Where it meets the hole, the bounds end there: a hand on a straight line
+        does not cross the hole.
         """
         # |p + s d|^2 = 1 in units of the semi-axes: s^2 |d|^2 + 2 s p.d + |p|^2 - 1 = 0.
-        x, y = points[:, 0] / self.semi_x, points[:, 1] / self.semi_y
+        east, north = points[:, 0] - self.x, points[:, 1] - self.y
+        x, y = east / self.semi_x, north / self.semi_y
         dx, dy = cosine / self.semi_x, sine / self.semi_y
         square, half = dx * dx + dy * dy, x * dx + y * dy
         discriminant = half * half - square * (x * x + y * y - 1.0)
@@ -247,4 +267,9 @@ class EllipticWorkspace:
         hit = discriminant >= 0.0
         near = np.where(hit, np.maximum((-half - root) / square, 0.0), 1.0)
         far = np.where(hit, (-half + root) / square, -1.0)
+        if self.hole > 0.0:
+            toward = -(east * cosine + north * sine)
+            inside = self.hole**2 - (east**2 + north**2 - toward**2)
+            entry = toward - np.sqrt(np.maximum(inside, 0.0))
+            far = np.where((inside > 0.0) & (toward > 0.0), np.minimum(far, entry), far)
         return LineBounds(near, far, self.z_min - points[:, 2], self.z_max - points[:, 2])

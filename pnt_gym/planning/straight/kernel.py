@@ -13,7 +13,15 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.motion.kernel import RUN_UP, STOP, new_segments, space_margin, write_run_up, write_stop
+from pnt_gym.planning.motion.kernel import (
+    RUN_UP,
+    STOP,
+    new_segments,
+    passes_hole,
+    space_margin,
+    write_run_up,
+    write_stop,
+)
 from pnt_gym.planning.motion.limits import LimitRows, Space
 from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.strokes import duration, greatest_acceleration, peaks, ramp_distance
@@ -141,10 +149,10 @@ def stop_distance(release_distance: float, speed: float, window: float, braking:
 
 @kernel_part
 def _stops_inside(throw: Throw, line: Line, window: float, braking: float, space: Space) -> bool:
-    """Whether the hand of a throw along a line stops inside the workspace."""
+    """Whether the hand of a throw along a line stops inside the workspace, and passes beside its hole."""
     way = stop_distance(line.distance, line.speed, window, braking, throw.jerk)
     x, y, z = throw.pick[0] + line.x * way, throw.pick[1] + line.y * way, throw.pick[2] + line.z * way
-    return space_margin(x, y, z, space) >= 0.0
+    return space_margin(x, y, z, space) >= 0.0 and passes_hole(throw.pick[0], throw.pick[1], x, y, space)
 
 
 @kernel_part
@@ -164,7 +172,7 @@ def _is_accepted(
 ) -> bool:
     """Whether a throw along a line stops inside the workspace, also with its target moved by a shift, back and forth.
 
-    The workspace is convex and the path straight, so the pick and the stop are enough.
+    The workspace is convex but for its hole, and the path straight, so pick, stop and hole are enough.
     """
     if not (line.distance >= 0.0 and space_margin(throw.pick[0], throw.pick[1], throw.pick[2], space) >= 0.0):
         return False
@@ -180,6 +188,15 @@ def _is_accepted(
         is_good = is_good and moved.distance >= 0.0 and _stops_inside(throw, moved, rules.window, braking, space)
     throw.target[0], throw.target[1] = x, y
     return is_good
+
+
+@kernel_part
+def stays_inside(throw: Throw, release: Any, shift: tuple[float, float], rules: StopRules, space: Space) -> bool:
+    """Whether a planned throw stops inside a workspace, also with its target moved by a shift, back and forth."""
+    ahead = release.direction
+    slope = ahead[2] / math.sqrt(ahead[0] * ahead[0] + ahead[1] * ahead[1])
+    line = Line(release.distance, release.speed, ahead[0], ahead[1], ahead[2])
+    return release.feasible and _is_accepted(throw, line, slope, shift, rules, space)
 
 
 @kernel
@@ -201,13 +218,7 @@ def keep_stops_inside(
     """
     good = np.empty(len(throws), dtype=np.bool_)
     for row in range(len(throws)):
-        release, ahead = releases[row], releases[row].direction
-        slope = ahead[2] / math.sqrt(ahead[0] * ahead[0] + ahead[1] * ahead[1])
-        line, shift = (
-            Line(release.distance, release.speed, ahead[0], ahead[1], ahead[2]),
-            (shifts[row, 0], shifts[row, 1]),
-        )
-        good[row] = release.feasible and _is_accepted(throws[row], line, slope, shift, rules, space)
+        good[row] = stays_inside(throws[row], releases[row], (shifts[row, 0], shifts[row, 1]), rules, space)
     return good
 
 

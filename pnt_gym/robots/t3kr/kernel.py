@@ -234,18 +234,18 @@ def upsample(position: Floats3, velocity: Floats3, torque: Floats3, spacing: flo
     linear.
 
     Args:
-        position: at the knots (4, N, K), as velocity and torque.
+        position: at the knots (M, N, K), as velocity and torque.
         velocity: see position.
         torque: see position.
         spacing: time between knots [s].
         stride: samples per knot interval.
-        out: (N, steps, 12+), of which 12 columns are filled.
+        out: (N, steps, 3 M and more), of which 3 M columns are filled.
     """
-    steps = out.shape[1]
+    motors, steps = len(position), out.shape[1]
     for row in range(out.shape[0]):
         for first in range(0, steps, stride):
             knot = first // stride
-            for arm in range(ARMS):
+            for arm in range(motors):
                 p, v, t = position[arm, row, knot], velocity[arm, row, knot], torque[arm, row, knot]
                 sample = out[row, first, 3 * arm : 3 * arm + 3]
                 sample[0], sample[1], sample[2] = p, v, t
@@ -254,7 +254,7 @@ def upsample(position: Floats3, velocity: Floats3, torque: Floats3, spacing: flo
                 left, right = u * ((1.0 - u) * (1.0 - u)) * spacing, u * u * (u - 1.0) * spacing
                 blend, slope = u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / spacing
                 early, late = (1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)
-                for arm in range(ARMS):
+                for arm in range(motors):
                     p, v, t = position[arm, row, knot], velocity[arm, row, knot], torque[arm, row, knot]
                     dp, w = position[arm, row, knot + 1] - p, velocity[arm, row, knot + 1]
                     sample = out[row, first + step, 3 * arm : 3 * arm + 3]

@@ -10,10 +10,12 @@ from dataclasses import dataclass, replace
 from typing import Literal, Self, final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Ints
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
+from pnt_gym.robots.joints import JointMotion
 from pnt_gym.robots.specification import (
     add_arm,
     add_level_platform,
@@ -24,6 +26,8 @@ from pnt_gym.robots.specification import (
     set_inertia,
 )
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
+from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
+from pnt_gym.robots.t3kr.references import joint_knots
 from pnt_gym.robots.t3kr.visuals import dress_arm, dress_base, dress_platform, dress_rod
 
 Rods = Literal["four", "eight"]
@@ -62,6 +66,28 @@ class T3krHandles:
     def rods_per_arm(self) -> int:
         """Rods per arm, 1 or 2."""
         return len(self.equalities) // N_ARMS
+
+    @property
+    def motor_joints(self) -> tuple[str, ...]:
+        """Joints that the motors drive."""
+        return self.arm_joints
+
+    @property
+    def mount(self) -> float:
+        """Height of the motors' axes above the workspace [m]."""
+        return self.geometry.pivot_z
+
+    def pose(self, hand: ArrayLike) -> Floats:
+        """Joint positions with the TCP at points (N, 3) [m], see `closed_pose`."""
+        return closed_pose(hand, self.rods_per_arm, self.geometry)
+
+    def rates(self, hand: ArrayLike, velocity: ArrayLike) -> Floats:
+        """Joint velocities while the TCP moves, see `closed_velocity`."""
+        return closed_velocity(hand, velocity, self.rods_per_arm, self.geometry)
+
+    def motion(self, position: Floats, velocity: Floats, acceleration: Floats) -> JointMotion:
+        """Motion and torques of the arms for the TCP's motion (..., 3), see `joint_knots`."""
+        return joint_knots(position, velocity, acceleration, geometry=self.geometry)
 
     def with_prefix(self, prefix: str) -> Self:
         """The names of the robot's elements after its specification is attached to another one with a prefix."""
@@ -121,27 +147,6 @@ def _add_platform(spec: MjSpec, geometry: T3krGeometry, rods: Rods) -> list[str]
             add_site(body, f"{name}_attach", frames.attach[arm] + side * frames.motor_axis[arm])
     dress_platform(body, geometry, axles=rods == "eight")
     return joints
-
-
-def qpos_columns(model: MjModel, handles: T3krHandles) -> Ints:
-    """(n,) columns of the model's qpos that `closed_pose` fills: `qpos[:, columns] = closed_pose()`."""
-    return _columns(model, handles, "qposadr", 4)
-
-
-def qvel_columns(model: MjModel, handles: T3krHandles) -> Ints:
-    """(n,) columns of the model's qvel that `closed_velocity` fills."""
-    return _columns(model, handles, "dofadr", 3)
-
-
-def _columns(model: MjModel, handles: T3krHandles, address: str, ball_width: int) -> Ints:
-    """(n,) columns of all joints; a ball joint has `ball_width` columns, any other joint has one."""
-    ball = int(mujoco.mjtJoint.mjJNT_BALL.value)
-    columns: list[int] = []
-    for name in handles.joints:
-        joint = model.joint(name)
-        start = int(getattr(joint, address)[0])
-        columns += range(start, start + (ball_width if int(joint.type[0]) == ball else 1))
-    return np.array(columns, dtype=np.int64)
 
 
 def control_columns(model: MjModel, handles: T3krHandles) -> Ints:

@@ -5,30 +5,17 @@ angle is the cubic with the exact end angles and velocities, the joint velocity 
 and the torque is linear. A row does not depend on the other rows.
 """
 
-from dataclasses import dataclass
-from typing import final
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
 from pnt_gym.errors import PntGymError
+from pnt_gym.robots.joints import JointMotion
 from pnt_gym.robots.t3kr import kernel
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 
-N_CONTROLS = 12
-"""Position, velocity and feed-forward torque of four motors, in this order per motor."""
-
-
-@final
-@dataclass(frozen=True)
-class JointMotion:
-    """Joint angle (rad), velocity (rad/s), acceleration (rad/s^2) and motor torque (N m); (4, ...) arrays."""
-
-    position: Floats
-    velocity: Floats
-    acceleration: Floats
-    torque: Floats
+CONTROLS = 3
+"""Position, velocity and feed-forward torque of a motor, in this order."""
 
 
 def knot_count(steps: int, stride: int) -> int:
@@ -84,7 +71,7 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
         knots: N motions at their knots.
         spacing: time between knots, s.
         stride: samples per knot interval.
-        out: contiguous (N, steps, C) with C >= 12; columns 0 to 11 are written, further columns are left as they are.
+        out: contiguous (N, steps, C); columns 0 to 3 M - 1 of M motors are written, others are left as they are.
 
     Returns:
         out.
@@ -94,10 +81,11 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
     """
     rows, steps, width = out.shape
     have, need = knots.position.shape[1:], (rows, knot_count(steps, stride))
-    if have != need or width < N_CONTROLS:
+    columns = CONTROLS * len(knots.position)
+    if have != need or width < columns:
         raise PntGymError(
             f"out of shape {out.shape} with stride {stride} needs knots of shape {need} "
-            f"and at least {N_CONTROLS} columns, got knots of shape {have}"
+            f"and at least {columns} columns, got knots of shape {have}"
         )
     if not 0.0 < spacing < np.inf:
         raise PntGymError(f"spacing must be positive and finite, got {spacing} s")

@@ -60,12 +60,12 @@ SHELF = {
 @pytest.fixture(autouse=True)
 def shelf(tmp_path, monkeypatch):
     """Shipped levels of the oven; the other cells keep theirs."""
-    folder, real = tmp_path / "oven", levels._levels_folder
+    folder, real = tmp_path / "oven", levels.shipped_folder
     folder.mkdir()
     for name, data in SHELF.items():
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(data))
     monkeypatch.setattr(
-        levels, "_levels_folder", lambda robot: tmp_path / robot if robot in ("oven", "fridge") else real(robot)
+        levels, "shipped_folder", lambda robot: tmp_path / robot if robot in ("oven", "fridge") else real(robot)
     )
     return folder
 

@@ -9,7 +9,7 @@ from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.errors import ConfigError
-from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.limits import LimitRows, MotionLimits
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import is_feasible, make_core, planned, same_bits, vary
@@ -134,7 +134,7 @@ def test_a_taken_throw_stays_inside_and_has_room_for_the_reserve(contexts):
     for sign in (-1.0, 1.0):
         target = context.target.copy()
         target[:, :2] += sign * config.motion.reserve * context.direction
-        moved = release_at_elevation(context.pick, target, context.limits, context.plan.angle)
+        moved = release_at_elevation(context.pick, target, LimitRows.t3kr(context.objects.percent), context.plan.angle)
         assert is_feasible(contexts, moved).all()
 
 

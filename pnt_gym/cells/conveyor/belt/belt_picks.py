@@ -100,7 +100,7 @@ class BeltPicks(PickSource):
         self.stream.begin(rows)
         middle = (config.belt.lane_y[0] + config.belt.lane_y[1]) / 2
         start = np.tile([0.0, middle, config.belt.height + 0.3], (len(rows), 1))
-        limits = LimitRows.t3kr(np.full(len(rows), max(config.limits.percent)))
+        limits = config.robot.limits(np.full(len(rows), max(config.limits.percent)))
         return self.following(ThrowMotion.resting(start), limits, rows=rows).context
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:

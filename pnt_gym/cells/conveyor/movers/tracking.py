@@ -51,7 +51,7 @@ class TrackingMover(Mover):
         self._workspace = workspace
         percent = np.array(config.limits.percent)
         drop = config.motion.clearance if config.planner in STOPPING else 0.0
-        self._arrival = arrival_time(LimitRows.t3kr(percent), self._speed, drop)
+        self._arrival = arrival_time(config.robot.limits(percent), self._speed, drop)
         self._behind = self._speed * (self._arrival / 2.0 + config.motion.dwell) * DOWNSTREAM
         """Picks relative to the virtual touches (3,) [m]."""
         self._early = self._speed * self._arrival / 2.0 * DOWNSTREAM

@@ -49,12 +49,14 @@ class SideDraws:
     """Draw of the content of each bin, S + (B,)."""
     spread: Floats
     """Standard normal draws of restitution, friction, blown air and residue, S + (4,)."""
+    hand: Floats
+    """Standard normal draws of the hand's error in the object's throw, S + (3,)."""
 
     @classmethod
     def none(cls, config: ConveyorConfig, *shape: int) -> SideDraws:
-        """Draws with which no pick fails, all bins are empty, and contacts and air have their medians."""
+        """Draws with which no pick fails, bins are empty, contacts and air have their medians, and no hand errs."""
         empty = np.zeros((*shape, max(len(config.bins.fixed), 1)))
-        return cls(np.ones(shape), np.zeros(shape), empty, np.zeros((*shape, 4)))
+        return cls(np.ones(shape), np.zeros(shape), empty, np.zeros((*shape, 4)), np.zeros((*shape, 3)))
 
 
 @final
@@ -113,6 +115,7 @@ class ObjectMaker:
         tau = time_constant(seal, made["tau"], config.suction)
         write_spins(Objects(made, side_draws.fill), made["grasp"], tau, spin, config)
         made["spin"] = spin
+        made["hand_error"] = config.mismatch * config.robot.accuracy * side_draws.hand.reshape(-1, 3)
         return Objects(rows, side_draws.fill)
 
 

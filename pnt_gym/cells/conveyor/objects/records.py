@@ -87,6 +87,7 @@ class Objects(Columns):
     pick_chance: Floats = field("-", "probability that a cup well inside the outline seals")
     pick_draw: Floats = field("-", "uniform draw, or 1; the pick fails where the draw is below the chance of failure")
     percent: Floats = field("%", "speed setting of the object's throw")
+    hand_error: Triple = field("m", "distance of the hand from its planned place in the object's throw")
     measured: Measured = field("-", "measurements")
     draws: Draws = field("-", "random draws")
 

@@ -8,6 +8,7 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.belt.belt_picks import SHORTEST_QUEUE, BeltPicks
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.planning.motion.limits import LimitRows
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, vary
 
@@ -58,9 +59,10 @@ def test_the_rule_takes_what_trying_all_of_them_says(rule):
     for _ in range(8):
         motion = thrown(planner, context)
         all_of_them = [
-            choices(planner, source, row, take(motion, [row]), take(context.limits, [row])) for row in range(ROWS)
+            choices(planner, source, row, take(motion, [row]), take(LimitRows.t3kr(context.objects.percent), [row]))
+            for row in range(ROWS)
         ]
-        context = source.following(motion, context.limits).context
+        context = source.following(motion, LimitRows.t3kr(context.objects.percent)).context
         for row, found in enumerate(all_of_them):
             busy, slack, mass = np.array(found).T
             wanted = {
@@ -88,7 +90,7 @@ def test_every_object_drawn_is_thrown_or_let_go_or_still_on_the_belt(level, gap,
         np.testing.assert_array_equal(drawn, throws + passed + source.stream.length)
         left = source.stream.queue_x - planner.config.belt.pick_x[1]
         assert (left <= 0.0).all() or rule == "first"  # who has left the window is no longer in the queue
-        context = source.following(thrown(planner, context), context.limits).context
+        context = source.following(thrown(planner, context), LimitRows.t3kr(context.objects.percent)).context
     assert all(len(set(masses)) == THROWS for masses in np.array(seen).T)  # and none is thrown twice
     assert passed.sum() > 0 or level == "waste_plain"
 
@@ -100,7 +102,7 @@ def test_an_object_that_is_not_taken_is_taken_later():
     for _ in range(THROWS):
         skipped = [set(source.stream.queue.mass[row][x > context.pick[row, 0]])
                    for row, x in enumerate(source.stream.queue_x)]  # fmt: skip
-        context = source.following(thrown(planner, context), context.limits).context
+        context = source.following(thrown(planner, context), LimitRows.t3kr(context.objects.percent)).context
         back += sum(mass in skipped[row] for row, mass in enumerate(context.objects.mass))
     assert back > 5
 
@@ -132,7 +134,7 @@ def test_an_episode_that_begins_anew_has_its_own_count():
     planner, source, _ = belt(dispatch="first")
     context = source.first(np.arange(ROWS))
     for _ in range(3):
-        context = source.following(thrown(planner, context), context.limits).context
+        context = source.following(thrown(planner, context), LimitRows.t3kr(context.objects.percent)).context
     before = source.passed.copy()
     assert before.sum() > 0
     fresh = BeltPicks(PickPlanner(planner.config), [np.random.default_rng([1, row]) for row in range(ROWS)])

@@ -13,6 +13,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.movers.placing import EllipseMover, is_at_rest
 from pnt_gym.cells.conveyor.movers.straight import StraightMover
 from pnt_gym.errors import ConfigError
+from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import PLAIN, make_core, vary
@@ -31,7 +32,7 @@ def is_light(core):
 
 def paths(mover, context, following):
     motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
-    back = mover.back(motion, following, context.limits)
+    back = mover.back(motion, following, LimitRows.t3kr(context.objects.percent))
     return JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
 
 

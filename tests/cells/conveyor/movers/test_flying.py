@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pnt_gym.planning.motion.limits import LimitRows
 from tests.tools.throws import is_feasible, make_core, same_bits, spy_on_plant, vary
 
 COUNT = 24
@@ -37,5 +38,5 @@ def test_the_return_is_quicker_and_keeps_every_limit(picks):
     assert infos[1]["cycle_time"].mean() < (0.98 if picks == "belt" else 0.92) * infos[0]["cycle_time"].mean()
     assert infos[1]["is_success"].mean() >= infos[0]["is_success"].mean() - 0.05
     for context, cycle, _ in calls:
-        for ratio in cycle.path.peak_ratios(context.limits):
+        for ratio in cycle.path.peak_ratios(LimitRows.t3kr(context.objects.percent)):
             assert ratio.max() < 1.0 + 1e-6

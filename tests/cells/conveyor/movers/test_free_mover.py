@@ -10,6 +10,7 @@ from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import JerkTrajectory
+from pnt_gym.planning.motion.limits import LimitRows
 from tests.tools.nightly import with_nightly
 from tests.tools.throw_check import check_throw
 from tests.tools.throws import make_core, vary, whole_cycle
@@ -56,7 +57,14 @@ def test_limits_and_rules_are_kept_at_10_khz_whatever_they_are(changes):
     found = flown(**changes)
     context, rules = found.context, found.mover.rules
     assert found.curved.mean() > 0.9
-    check = check_throw(found.path, found.motion.release_time, context.target, context.limits, context.ceiling, rules)
+    check = check_throw(
+        found.path,
+        found.motion.release_time,
+        context.target,
+        LimitRows.t3kr(context.objects.percent),
+        context.ceiling,
+        rules,
+    )
     bad = ~check.keeps_rules(landing=1e-9) & found.curved
     assert not bad.any(), {name: value[bad] for name, value in check._asdict().items()}
     np.testing.assert_allclose(found.path.end, found.following, rtol=0, atol=1e-9)
@@ -91,10 +99,10 @@ def test_an_impossible_pick_is_told_and_disturbs_no_other(throws):
     target, ceiling = context.target.copy(), context.ceiling.copy()
     target[1, 2] += 5.0
     ceiling[3] = context.pick[3, 2] - 0.05
-    found = mover.plan(context.pick, target, context.limits, ceiling)
+    found = mover.plan(context.pick, target, LimitRows.t3kr(context.objects.percent), ceiling)
     good = np.ones(COUNT, dtype=bool)
     good[[1, 3]] = False
-    np.testing.assert_array_equal(mover.is_feasible(context.pick, found, context.limits), good)
+    np.testing.assert_array_equal(mover.is_feasible(context.pick, found, LimitRows.t3kr(context.objects.percent)), good)
     for name in ("position", "velocity", "flight_time", "straight"):
         np.testing.assert_array_equal(getattr(found, name)[good], getattr(context.plan, name)[good], name)
     assert np.isnan(found.position[~good]).all()

@@ -16,6 +16,7 @@ from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.conveyor.movers.placing import first_not_late
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning import EllipticWorkspace, MotionLimits
+from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import Reason
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, spy_on_plant, vary, whole_cycle, with_objects
@@ -47,7 +48,7 @@ def test_a_cycle_is_the_papers(planner):
     context, (motion, cycle) = core.context, whole_cycle(core)
     targets = context.plan.position if planner in PLACING else context.target
     rules = CycleRules(lift=core.config.motion.ceiling, rise=None, tolerance=0.0, overlap="none")
-    limits = MotionLimits(*(np.asarray(most) for most in context.limits))
+    limits = MotionLimits(*(np.asarray(most) for most in LimitRows.t3kr(context.objects.percent)))
     build = pick_and_place if planner in PLACING else horizontal_throw
     found = build(CycleTask.of(context.pick, targets, context.pick, limits, rules, EllipticWorkspace()))
     np.testing.assert_allclose(motion.release_time, found.release_time, rtol=1e-9)
@@ -62,7 +63,7 @@ def test_limits_are_kept_by_finite_differences(planner, picks):
     core.step(np.zeros((COUNT, 2)))
     context, cycle, _ = calls[0]
     place = cycle.path.sample(np.arange(0.0, cycle.path.duration.max() + step, step)).position
-    for order, most in enumerate(context.limits, start=1):
+    for order, most in enumerate(LimitRows.t3kr(context.objects.percent), start=1):
         change = np.diff(place, n=order, axis=1) / step**order
         assert (np.linalg.norm(change, axis=2).max(axis=1) / most).max() < 1.0 + 1e-3
     assert core.cell.planner.workspace.contains(place).all()
@@ -275,7 +276,7 @@ def test_care_slows_what_carries_and_not_what_returns():
     free, careful = (core_of("pick_and_place", "waste_plain", count=24, grip=grip) for grip in ({}, {"safety": 2.0}))
     shared = careful.context.objects.mass == free.context.objects.mass  # others could not be held
     slower = careful.context.plan.time > free.context.plan.time + 1e-9
-    slow = careful.context.throw_limits.acceleration < careful.context.limits.acceleration
+    slow = careful.context.throw_limits.acceleration < LimitRows.t3kr(careful.context.objects.percent).acceleration
     assert (slower == slow)[shared].all()
     assert (slow & shared).any()
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.conveyor.movers.straight import StraightMover
-from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.limits import LimitRows, MotionLimits
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import is_feasible, make_core, same_bits, vary
 
@@ -45,7 +45,7 @@ def test_picks_without_a_free_throw_are_thrown_straight_beside_the_others():
     core = core_of(picks="independent", motion=tight)
     straight = core.context.plan.straight
     assert straight.any() and not straight.all()
-    pick, limits = core.context.pick, core.context.limits
+    pick, limits = core.context.pick, LimitRows.t3kr(core.context.objects.percent)
     plain = StraightMover(core.config, core.cell.planner.workspace)
     expected = plain.plan(pick, core.context.target, limits, core.context.ceiling)
     assert same_bits(expected.position[straight], core.context.plan.position[straight])

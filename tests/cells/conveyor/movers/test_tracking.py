@@ -12,6 +12,7 @@ from pnt_gym.cells.conveyor.cup.hold import Grips, Parting
 from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.scene import SENSORS
 from pnt_gym.errors import ConfigError
+from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, same_bits, spy_on_plant, vary, whole_cycle
@@ -52,7 +53,7 @@ def test_paths_begin_and_end_with_the_belt_and_keep_every_limit(planner, mode, p
     belt = np.tile([FAST, 0.0, 0.0], (count, 1))
     for context, cycle, _ in calls:
         path = cycle.path
-        for ratio in path.peak_ratios(context.limits):
+        for ratio in path.peak_ratios(LimitRows.t3kr(context.objects.percent)):
             assert ratio.max() <= 1.0 + 1e-9
         np.testing.assert_allclose(path.start, context.pick, atol=1e-12)
         for border in (0, -1):
@@ -204,7 +205,7 @@ def test_objects_that_must_be_thrown_slowly_fade_slowly_or_ride_on():
         times = np.linspace(0.0, 1.0, 200) * cycle.release_time[:, None]
         acceleration = np.linalg.norm(cycle.path.sample(times).acceleration, axis=-1).max(axis=1)
         assert (acceleration <= context.throw_limits.acceleration * (1 + 1e-9)).all()
-        slowed += (context.throw_limits.acceleration < context.limits.acceleration).sum()
+        slowed += (context.throw_limits.acceleration < LimitRows.t3kr(context.objects.percent).acceleration).sum()
     assert slowed > 0
 
 
@@ -242,7 +243,7 @@ def test_a_hand_that_lifts_nothing_stops_and_goes_on(planner):
     for _ in range(3):
         picked = core.step(np.zeros((COUNT, 2))).info["picked"]
         context, cycle, _ = calls[-1]
-        for ratio in cycle.path.peak_ratios(context.limits):
+        for ratio in cycle.path.peak_ratios(LimitRows.t3kr(context.objects.percent)):
             assert ratio.max() <= 1.0 + 1e-9
         np.testing.assert_allclose(cycle.path.end[:, 0], core.context.pick[:, 0] - FAST * DWELL, atol=1e-9)
         np.testing.assert_allclose(cycle.path.end[:, 1:], core.context.pick[:, 1:], atol=1e-9)
