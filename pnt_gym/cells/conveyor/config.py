@@ -14,6 +14,7 @@ from pydantic import Field, field_validator
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Positive, Range
+from pnt_gym.cells.base.items import Item
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 from pnt_gym.cells.conveyor.drift import Bias, Cells, Drift, Feedback
@@ -126,9 +127,14 @@ class ConveyorConfig(SortingLine):
                 )
         yield from self.ride_problems()
 
+    def _known_items(self) -> list[Item]:
+        """Items of the cell, but those that the catalogue does not have."""
+        definitions = self.item_definitions()
+        return [definitions[name] for name in self.items if name in definitions]
+
     def reached_share(self) -> float:
         """Share of the window in which objects are picked that the hand reaches, at the lowest item's height."""
-        height = self.belt.height + min((item.size[2] for item in self.item_list()), default=0.0)
+        height = self.belt.height + min((item.size[2] for item in self._known_items()), default=0.0)
         x, y = np.meshgrid(np.linspace(*self.belt.pick_x, GRID), np.linspace(*self.belt.lane_y, GRID))
         return float(self.robot.workspace.contains(np.stack([x, y, np.full_like(x, height)], axis=-1)).mean())
 
@@ -140,7 +146,7 @@ class ConveyorConfig(SortingLine):
                 f"fidelity is 'full' and robot is {robot.name!r}, known by its data sheet alone, without joints and "
                 "motors; set fidelity to 'flight'"
             )
-        heavy = [item for item in self.item_list() if item.mass > robot.payload] if self.items else []
+        heavy = [item for item in self._known_items() if item.mass > robot.payload]
         if heavy:
             yield (
                 f"robot {robot.name!r} carries at most {robot.payload:g} kg; "

@@ -14,13 +14,13 @@ from typing import Annotated, Any, Final, Literal, final
 
 import numpy as np
 from pydantic import Field, model_validator
-from scipy.optimize import brentq
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Range, Section, shipped_folder
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import list_names, unknown_name
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, MotionLimits
+from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.scurve import min_time_scurve
 from pnt_gym.reading import parsed_yaml, text_of
 
@@ -28,6 +28,8 @@ WAY: Final = 0.355
 """Way of half a standard cycle: 25 mm up, 305 mm across and 25 mm down [m]."""
 JERKS: Final = (1.0, 1e6)
 """Jerks among which the jerk of a standard cycle is looked for [m/s3]."""
+HALVINGS: Final = 52
+"""Halvings of the bracket of a jerk, until a double resolves no more."""
 AGREEMENT: Final = 0.10
 """Largest difference of a sheet's standard cycle from that of its limits, as a share."""
 _GIVEN: Final[Mapping[str, tuple[str, ...]]] = {
@@ -70,7 +72,10 @@ class Reach(Section):
 class RobotSheet(Section):
     """A robot by its data sheet."""
 
-    name: Label = Field(default="own", description="Name of the robot.")
+    name: Label = Field(
+        default="own",
+        description="Name of the robot. In place of the section, its name takes a shipped sheet: `robot: scara_700`.",
+    )
     velocity: Positive = Field(description="Largest speed of the hand [m/s].")
     acceleration: Positive = Field(description="Largest acceleration of the hand [m/s2].")
     jerk: Positive | None = Field(
@@ -81,7 +86,7 @@ class RobotSheet(Section):
         description="Time of the standard cycle, 25 mm up, 305 mm across, 25 mm down and back [s]. The corners are "
         "rounded, so half a cycle is taken as one stroke of 355 mm.",
     )
-    reach: Reach
+    reach: Reach = Field(description="Where the hand reaches.")
     height: Range = Field(description="Least and greatest height of the tip of the cup, in the cell's frame [m].")
     payload: Positive = Field(description="Largest mass that the cup carries [kg].")
     accuracy: Annotated[float, Field(ge=0, le=0.05)] = Field(
@@ -132,9 +137,9 @@ class RobotSheet(Section):
         """The largest jerk: that of the sheet, or the jerk with which its standard cycle takes its time [m/s3]."""
         if self.jerk is not None:
             return self.jerk
-        stated = self.standard_cycle or 0.0
-        low, high = np.log(JERKS)
-        return math.exp(brentq(lambda jerk: self._cycle(math.exp(jerk)) - stated, low, high, xtol=1e-12))
+        stated, (low, high) = self.standard_cycle or 0.0, np.log(JERKS)[:, None]
+        jerk, _ = bisect(lambda log: np.array([self._cycle(math.exp(log[0])) > stated]), low, high, HALVINGS)
+        return math.exp(jerk[0])
 
     @cached_property
     def cycle(self) -> float:

@@ -214,10 +214,10 @@ class LineConfig(LevelConfig):
 
     def _sheet_problems(self) -> Iterator[str]:
         """What is wrong with the robots' data sheets."""
-        strange = [sheet.name for sheet in self.sheets() if not sheet.has_model]
+        strange = [*dict.fromkeys(sheet.name for sheet in self.sheets() if not sheet.has_model)]
         if self.throws == "full" and strange:
             yield (
-                f"throws is 'full' and robot is {list_names(dict.fromkeys(strange))}, known by the data sheet alone, "
+                f"throws is 'full' and robot is {list_names(strange)}, known by the data sheet alone, "
                 "without joints and motors; set throws to 'table' or 'flight'"
             )
         for robot in self.robots:
