@@ -139,7 +139,7 @@ class ThrowModel:
                 "a robot that moves otherwise"
             )
         self._picks = picks.replace(plan=releases)
-        self._move(releases)
+        self.move(releases)
 
     def aim(self, offset: Floats) -> None:
         """Move the releases off those of the log, as a residual of the planner does.
@@ -149,10 +149,10 @@ class ThrowModel:
         """
         picks = self._picks
         goal = picks.target + picks.from_throw_frame(*offset.T)
-        self._move(self._planner.mover.aim_at(picks, goal, self.config.motion.ceiling_slack))
+        self.move(self._planner.mover.aim_at(picks, goal, self.config.motion.ceiling_slack))
 
-    def _move(self, releases: ReleaseBatch) -> None:
-        """Let the hands move to releases."""
+    def move(self, releases: ReleaseBatch) -> None:
+        """Let the hands move to releases of N throws at the targets of the log."""
         picks = self._picks
         motion = self._planner.mover.throw(picks.pick, releases, picks.throw_limits, picks.ceiling)
         self.releases, self._path, self._release_time = releases, motion.path, motion.release_time
