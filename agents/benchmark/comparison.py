@@ -95,7 +95,7 @@ def _keep_rows(file: Path, plan: Plan, labels: Collection[str]) -> Part:
         name, version = next(iter(changed.items()))
         made_by = {"world": "1", **content.data["versions"]}.get(name)
         raise UsageError(f"{str(file)!r} is of {name} {made_by}, here is {version}; drop --only")
-    _check_plan(file, plan, content.plan, labels)
+    _check(file, plan, content.plan, labels)
     # The file's environment is that of the plan by now, whose modules the user trusts.
     data = compare.check(content, trust=True).data
     kept_labels = {label for entry in plan.entries if entry.label not in labels for label in entries.labels(entry)}
@@ -104,7 +104,7 @@ def _keep_rows(file: Path, plan: Plan, labels: Collection[str]) -> Part:
     return Part(kept, {name: policy for name, policy in policies.items() if policy is not None}, data["seconds"])
 
 
-def _check_plan(file: Path, plan: Plan, earlier: Plan, labels: Collection[str]) -> None:
+def _check(file: Path, plan: Plan, earlier: Plan, labels: Collection[str]) -> None:
     """Make sure that a file's rows are those that the plan would give.
 
     Raises:

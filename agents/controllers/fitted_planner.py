@@ -24,7 +24,7 @@ from ..fit.log import ThrowLog
 from ..fit.model import PLANNERS, ThrowModel
 from ..fit.parameters import level_at, priors
 from ..ground.cli import UsageError
-from .protocol import Actions, Learner, Observation, Outcome, State, to_action
+from .protocol import Actions, Learner, Observation, Outcome, State, aimed_offsets, to_action
 
 GUESS: Final[Mapping[str, float]] = {
     "valve": 0.008, "tau": 0.010, "blow_off": 0.0, "drag": 1.0, "camera_x": 0.0, "camera_y": 0.0,
@@ -33,8 +33,6 @@ GUESS: Final[Mapping[str, float]] = {
 """Numbers of a cell before its first throw, SI units: the middle of what valves (2 to 14 ms) and cups (5 to 20 ms; 0.3
 to 3 N m/rad) have, the catalogue's drag, no offsets and no blown air. The level's own numbers, which are the truth of a
 simulated cell, are not read."""
-STEPS: Final = 2
-"""Predictions of a throw, each followed by a step by the error it predicts; two leave 0.2 mm on `waste`."""
 GROWTH: Final = 2
 """Growth of the log by which the fit is renewed, from the first landing on."""
 MOST: Final = 120
@@ -89,14 +87,19 @@ class FittedPlanner(Learner):
         Raises:
             UsageError: the observation is not of all cells.
         """
-        count, scale = len(observation.kind), self._correction.scale
-        if count != self._core.count:
-            raise UsageError(f"controller {self.name!r} plans the throws of all {self._core.count} cells at once")
-        offset = np.zeros((count, self._correction.count))
-        for _ in range(STEPS):
-            offset = np.clip(offset - self._errors(offset), -scale, scale)
-        action = to_action(offset, self._correction)
-        self._known = self._throws(action)
+        core, correction, count = self._core, self._correction, len(observation.kind)
+        if count != core.count:
+            raise UsageError(f"controller {self.name!r} plans the throws of all {core.count} cells at once")
+        model = ThrowModel(ThrowLog.of(core.context, core.context.plan), self._level, draws=0)
+
+        def errors(offset: Floats) -> Floats:
+            """Errors (N, 2) [m] along and left of throws with offsets (N, 2) [m]; 0 of one that lands nowhere."""
+            model.move(core.plan(to_action(offset, correction))[0])
+            landing = model.quick_landings([self._level])[0]
+            return np.nan_to_num(np.stack(core.context.to_throw_frame(landing - model.log.target), axis=1))
+
+        action = to_action(aimed_offsets(errors, count, correction), correction)
+        self._known = ThrowLog.of(core.context, core.plan(action)[0])
         return action
 
     def learn(self, outcome: Outcome) -> None:
@@ -139,13 +142,3 @@ class FittedPlanner(Learner):
 
     def _adopt(self, values: Mapping[str, float]) -> None:
         self._values, self._level = dict(values), level_at(self._begin, values)
-
-    def _throws(self, action: Actions) -> ThrowLog:
-        """What the cells know of their next throws under actions (N, 2)."""
-        return ThrowLog.of(self._core.context, self._core.plan(action)[0])
-
-    def _errors(self, offset: Floats) -> Floats:
-        """Predicted errors (N, 2) [m] along and left of throws with offsets (N, 2) [m]; 0 of one that lands nowhere."""
-        log = self._throws(to_action(offset, self._correction))
-        landing = ThrowModel(log, self._level, draws=0).quick_landings([self._level])[0]
-        return np.nan_to_num(np.stack(self._core.context.to_throw_frame(landing - log.target), axis=1))

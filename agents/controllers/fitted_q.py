@@ -120,15 +120,13 @@ class GraspValues:
         """Paces of N objects (N,), as shares of the robot's acceleration."""
         count = len(observation.kind)
         if not self._paces.is_fitted:
-            return self._random.uniform(self._slow, self._fast, count) if self._practises else self._middle(count)
+            middle = np.full(count, (self._slow + self._fast) / 2.0)
+            return self._random.uniform(self._slow, self._fast, count) if self._practises else middle
         score = self._pace_values(observation.features.astype(np.float64))
         if self._practises:
             greedy = self._random.random(count) >= EXPLORES
             score = self._random.gumbel(size=score.shape) + greedy[:, None] * score / TEMPERATURE
         return self._grid()[score.argmax(axis=1)]
-
-    def _middle(self, count: int) -> Floats:
-        return np.full(count, (self._slow + self._fast) / 2.0)
 
     def _grid(self) -> Floats:
         """The paces between which a throw chooses (PACES,)."""

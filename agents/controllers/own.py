@@ -78,7 +78,7 @@ def import_controller(reference: str, env: Env, **options: Any) -> Controller:
     if not inspect.isclass(controller_class):
         classes = [key for key, value in vars(place).items() if inspect.isclass(value) and value.__module__ == module]
         raise UsageError(f"module {module!r}: {unknown_name('class', name, classes)}")
-    _check_parts(controller_class, repr(reference), METHODS)  # before any call: a plan of others may name any class
+    _check(controller_class, repr(reference), METHODS)  # before any call: a plan of others may name any class
     return _make(controller_class, repr(reference), env, **options)
 
 
@@ -99,16 +99,12 @@ def _make(factory: Callable[..., Any], name: str, env: Env, **options: Any) -> C
     return _check(controller, name)
 
 
-def _check(controller: Any, name: str) -> Controller:
-    _check_parts(controller, name, ("name", *METHODS))
-    return controller
-
-
-def _check_parts(controller: Any, name: str, parts: Sequence[str]) -> None:
+def _check(controller: Any, name: str, parts: Sequence[str] = ("name", *METHODS)) -> Any:
     missing = [part for part in parts if not hasattr(controller, part)]
     if missing:
         base = f"{module_name('agents.controllers')}.Controller"
         raise UsageError(f"controller {name} has no {' and no '.join(missing)}; inherit {base}")
+    return controller
 
 
 def load(place: Path, env: Env, *, trust: bool = False) -> Controller:
@@ -136,11 +132,11 @@ def load(place: Path, env: Env, *, trust: bool = False) -> Controller:
         raise UsageError(f"{label} is recurrent and takes normalised observations; only one of the two is supported")
     statistics = sb3.statistics(files.statistics, SameStepVecEnv(env))
 
-    def act_on_normalised(features: NDArray[np.float32]) -> Any:
+    def predict(features: NDArray[np.float32]) -> Any:
         normalised_features: Any = statistics.normalize_obs(features)
         return policy.function(normalised_features)
 
-    return Policy(act_on_normalised, policy.name, note=f"{label} gets observations normalised by {files.statistics}")
+    return Policy(predict, policy.name, note=f"{label} gets observations normalised by {files.statistics}")
 
 
 def run_policy(actor: Actor, arguments: Mapping[str, Any], env: Env, label: str, name: str | None = None) -> Controller:

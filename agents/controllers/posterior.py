@@ -26,7 +26,7 @@ from ..fit.model import PLANNERS, ThrowModel
 from ..ground.cli import UsageError
 from .adaptive import begins_shift
 from .filters import Filters, landing_offset
-from .protocol import Actions, Controller, Observation, to_action
+from .protocol import Actions, Controller, Observation, aimed_offsets, to_action
 
 NUMBERS: Final = ("valve", "tau", "blow_off", "drag", "camera", "encoder")
 """Numbers of a cell that are estimated, beside the lip's stiffness; by their names in the section `cells`."""
@@ -116,13 +116,14 @@ class Posterior(Controller):
         self._filters.begin(np.flatnonzero(is_first))
         model = ThrowModel(self._log(values, observation.kind), self._config, draws=0)
         self._last = model
-        offset = np.zeros((count, 2))
-        for _ in range(2):
+
+        def errors(offset: Floats) -> Floats:
+            """Errors (N, 2) [m] of throws with offsets (N, 2) [m], averaged over the hypotheses."""
             model.aim(offset)
             error = self._errors(model, self._filters.state, np.arange(count))
-            step = (self._filters.belief[..., None] * error).sum(axis=1)
-            offset = np.clip(offset - step, -self._correction.scale, self._correction.scale)
-        return to_action(offset, self._correction)
+            return (self._filters.belief[..., None] * error).sum(axis=1)
+
+        return to_action(aimed_offsets(errors, count, self._correction), self._correction)
 
     def _learn(self, model: ThrowModel, values: dict[str, Floats], seen: Bools) -> None:
         """Update the filters of the rows whose landing was seen."""

@@ -10,7 +10,7 @@ import os
 import re
 import shutil
 import warnings
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
@@ -165,7 +165,8 @@ def write(
         facts: metadata of the dataset.
         progress: called with the number of repacked episodes and the number of all episodes.
     """
-    pieces = _pieces(episodes)
+    remaining = iter(episodes)
+    pieces = iter(lambda: list(islice(remaining, PIECE)), [])
     first = next(pieces)
     with warnings.catch_warnings():
         # Minari warns of missing metadata, and Gymnasium of intended bounds.
@@ -226,12 +227,6 @@ def _buffer(episode: Episode) -> EpisodeBuffer:
 
 def _table(values: Mapping[str, Floats], names: Sequence[str]) -> Floats:
     return np.stack([values[name] for name in names], axis=-1)
-
-
-def _pieces(episodes: Iterable[Episode]) -> Iterator[list[Episode]]:
-    remaining = iter(episodes)
-    while piece := list(islice(remaining, PIECE)):
-        yield piece
 
 
 def _copy(old: h5py.Group, new: h5py.Group) -> None:

@@ -113,7 +113,4 @@ def make_release(name: str, config: LineConfig) -> Release:
         controller = make_controller(name, env)
     env.close()
 
-    def correct(observation: NDArray[np.float32], kind: Ints) -> NDArray[np.floating]:
-        return controller.act(Observation(observation, kind))
-
-    return correct
+    return lambda observation, kind: controller.act(Observation(observation, kind))

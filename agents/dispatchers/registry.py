@@ -18,7 +18,7 @@ from ..ground.shipped import DECIDING, LINE
 from ..policies.scorer import Scorer
 from .lookahead import Beam, GuidedBeam, Lookahead
 from .rules import IndexRule, RandomChoice, ScoreController, run_scores
-from .settings import check_settings, settings
+from .settings import check, settings
 
 ENV: Final = LINE
 FIRST: Final = "fifo"
@@ -96,7 +96,7 @@ def make(name: str, core: LineCore, **options: Any) -> Controller:
         check_known("setting", options, settings_of(*_SETTINGS.get(name, ())))
     tuned_settings = settings(core.config.name, name, len(core.config.robots))
     chosen = {**tuned_settings, **options}
-    check_settings(name, chosen)
+    check(name, chosen)
     try:
         return _RULES[name](core, **chosen)
     except TypeError:

@@ -46,7 +46,7 @@ class RuleSettings(Section):
     guide: str = "index"
 
 
-def check_settings(name: str, chosen: Mapping[str, Any]) -> None:
+def check(name: str, chosen: Mapping[str, Any]) -> None:
     """Make sure that the settings of a controller of lines are in their ranges; whether it has them, it says itself.
 
     Raises:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final, cast, final
 
 import numpy as np
@@ -121,7 +122,6 @@ class ThrowModel:
             throw_limits=limits, plan=cast("ReleaseBatch", None), ceiling=pick[:, 2] + config.motion.ceiling,
             belt=config.belt,
         )  # fmt: skip
-        self._path: HandPath
         if log.has_free_motion:
             self._picks = picks
             self._set_up_even_motions(pick, rim)
@@ -139,7 +139,7 @@ class ThrowModel:
                 "a robot that moves otherwise"
             )
         self._picks = picks.replace(plan=releases)
-        self._move(releases)
+        self.move(releases)
 
     def aim(self, offset: Floats) -> None:
         """Move the releases off those of the log, as a residual of the planner does.
@@ -149,13 +149,19 @@ class ThrowModel:
         """
         picks = self._picks
         goal = picks.target + picks.from_throw_frame(*offset.T)
-        self._move(self._planner.mover.aim_at(picks, goal, self.config.motion.ceiling_slack))
+        self.move(self._planner.mover.aim_at(picks, goal, self.config.motion.ceiling_slack))
 
-    def _move(self, releases: ReleaseBatch) -> None:
-        """Let the hands move to releases."""
+    def move(self, releases: ReleaseBatch) -> None:
+        """Let the hands move to releases of N throws at the targets of the log."""
+        self.releases = releases
+        self.__dict__.pop("_motion", None)
+
+    @cached_property
+    def _motion(self) -> tuple[HandPath, Floats]:
+        """Paths of the hands, and the times of their releases (N,) [s]; planned when a throw is predicted."""
         picks = self._picks
-        motion = self._planner.mover.throw(picks.pick, releases, picks.throw_limits, picks.ceiling)
-        self.releases, self._path, self._release_time = releases, motion.path, motion.release_time
+        motion = self._planner.mover.throw(picks.pick, self.releases, picks.throw_limits, picks.ceiling)
+        return motion.path, motion.release_time
 
     def _set_up_even_motions(self, pick: Floats, rim: Floats) -> None:
         """Motions of hands that keep the logged velocities before and after their releases."""
@@ -167,14 +173,15 @@ class ThrowModel:
                 f"throw {first + 1} never comes down to the rims of the bins at {rim[first]:g} m; check release_z, "
                 "release_vz and bins.rim"
             )
-        self._release_time = np.full(count, RUN_UP)
+        release_time = np.full(count, RUN_UP)
         self.releases = ReleaseBatch.from_velocities(
             pick, log.release, log.velocity, log.velocity, ceiling_active=np.zeros(count, dtype=np.bool_),
-            reason=np.zeros(count, dtype=np.int64), acceleration=np.zeros(count), time=self._release_time,
+            reason=np.zeros(count, dtype=np.int64), acceleration=np.zeros(count), time=release_time,
             flight_time=flight,
         )  # fmt: skip
         start, duration = log.release - RUN_UP * log.velocity, np.full((count, 1), 2.0 * RUN_UP)
-        self._path = JerkTrajectory(start, duration, np.zeros((count, 1, 3)), log.velocity, rides=True)
+        path = JerkTrajectory(start, duration, np.zeros((count, 1, 3)), log.velocity, rides=True)
+        self._motion = path, release_time
 
     def landings(self, config: ConveyorConfig, draught: tuple[float, float] = (0.0, 0.0)) -> Floats:
         """Landings (N, 2) [m] of throws at the conditional means of their hidden values; NaN without a flight."""
@@ -251,7 +258,7 @@ class ThrowModel:
     def _fly_part(self, context: Context, row: Ints, config: ConveyorConfig, watch: bool) -> tuple[Floats, Bools]:
         count = len(row)
         holds = Grips(np.full(count, np.inf), np.full(count, -1, dtype=np.int64), np.ones(count, dtype=np.bool_))
-        path, release_time = take(self._path, row), self._release_time[row]
+        path, release_time = take(self._motion[0], row), self._motion[1][row]
         clock = ThrowClock.of(context, HandCycle(take(self.releases, row), release_time, path, holds), config)
         flying = Airborne(body_constants(context), context.drift.draught, config.mismatch)
         landing, records, steps = cross_rims(flying, clock, context.target[:, 2].copy())
@@ -263,9 +270,10 @@ class ThrowModel:
     def _holds(self, context: Context, row: Ints, config: ConveyorConfig) -> Bools:
         if not config.grip.limit or self.log.has_free_motion:  # of whose accelerations nothing is known
             return np.ones(len(row), dtype=np.bool_)
-        times = COARSE * np.arange(int(np.floor(self._release_time.max() / COARSE)) + 1)
-        loads = self._path.sample(np.minimum(times, self._release_time[:, None])).acceleration
-        counts = (times <= self._release_time[:, None]).sum(axis=1)
+        path, release_time = self._motion
+        times = COARSE * np.arange(int(np.floor(release_time.max() / COARSE)) + 1)
+        loads = path.sample(np.minimum(times, release_time[:, None])).acceleration
+        counts = (times <= release_time[:, None]).sum(axis=1)
         return true_hold(context).smallest_margin(loads[row], counts[row], config.mismatch)[1] < 0
 
 

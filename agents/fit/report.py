@@ -19,7 +19,7 @@ from . import reading
 from .fitted import Fitted, fit_log
 from .log import ThrowLog
 from .parameters import PARAMETERS, Parameter, priors, read_level
-from .twins import judge_fit, study_twin
+from .twins import judge, study_twin
 from .words import sentences
 from .writing import differences
 
@@ -99,7 +99,7 @@ def grid(
         task = bar.add_task("twins", total=count)
         for twin in range(count):
             cell, fitted, _ = study_twin(config, seed + twin, landings, parameters, planned=planned)
-            judged.append(judge_fit(cell, fitted))
+            judged.append(judge(cell, fitted))
             alarms += not fitted.fits
             bar.advance(task)
     labels = {**{p.name: p.label for p in PARAMETERS}, "camera_at_picks": "camera and encoder at the picks [mm]"}

@@ -134,7 +134,7 @@ def log_plan(
         raise UsageError(f"twin {seed} has fewer than {landings} landings in {MOST_THROWS * landings} planned throws")
 
 
-def judge_fit(twin: Twin, fitted: Fitted) -> dict[str, Any]:
+def judge(twin: Twin, fitted: Fitted) -> dict[str, Any]:
     """What a fit says of a twin, against the truth: error in prior deviations and whether the interval holds it."""
     samples = fitted.posterior.samples()
     parameters = fitted.posterior.parameters

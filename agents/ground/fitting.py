@@ -17,11 +17,11 @@ def on_one_thread(function: Callable[Inputs, Result]) -> Callable[Inputs, Result
     """Let a function do its linear algebra on one thread: on several, sums end in other digits."""
 
     @wraps(function)
-    def alone(*args: Inputs.args, **options: Inputs.kwargs) -> Result:
+    def call(*args: Inputs.args, **options: Inputs.kwargs) -> Result:
         with threadpool_limits(1, user_api="blas"):
             return function(*args, **options)
 
-    return alone
+    return call
 
 
 @contextmanager

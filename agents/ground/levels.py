@@ -99,7 +99,7 @@ def assumed_text(config: LevelConfig) -> str:
 def values(config: Any) -> dict[str, Any]:
     """What is assumed of a level's own items, as an entry of a result; empty where nothing is."""
     values = config.assumed() if isinstance(config, LevelConfig) else {}
-    items = {name: {key: _plain(value) for key, value in of_item.items()} for name, of_item in values.items()}
+    items = {name: {key: _as_json(value) for key, value in of_item.items()} for name, of_item in values.items()}
     return {"assumed": items} if items else {}
 
 
@@ -110,11 +110,11 @@ def show(config: Any) -> None:
         console().print(text)
 
 
-def _plain(value: Any) -> Any:
+def _as_json(value: Any) -> Any:
     """A value of a level as a value of JSON."""
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json")
-    return [_plain(part) for part in value] if isinstance(value, tuple) else value
+    return [_as_json(part) for part in value] if isinstance(value, tuple) else value
 
 
 def _text(value: Any) -> str:

@@ -122,7 +122,7 @@ class Figure:
 
     def text(self, value: float | None) -> str:
         """Text of a value with its unit; "-" for None or NaN."""
-        return "-" if value is None or not np.isfinite(value) else self._with_unit(self.number(value))
+        return "-" if value is None or not np.isfinite(value) else self.with_unit(self.number(value))
 
     def number(self, value: float) -> str:
         """Text of a value [SI] in the figure's unit, without the unit."""
@@ -133,7 +133,7 @@ class Figure:
         value, low, high = (
             f"{self.scale * number:{sign}.{self.digits}f}" for number in (interval.value, interval.low, interval.high)
         )
-        return self._with_unit(f"{value} ({low}..{high})")
+        return self.with_unit(f"{value} ({low}..{high})")
 
     def shown(self, name: str, summary: Mapping[str, Any]) -> str:
         """Text of the figure in a summary, with its interval if there is one."""
@@ -144,7 +144,8 @@ class Figure:
             return f"{self.text(summary[name])} ({self.number(low)}..{self.number(high)})"
         return self.interval(metrics.Interval(summary[name], low, high))
 
-    def _with_unit(self, text: str) -> str:
+    def with_unit(self, text: str) -> str:
+        """Text of a figure with its unit, which some figures have not."""
         return f"{text} {self.unit}".rstrip()
 
     def style(self) -> dict[str, Any]:

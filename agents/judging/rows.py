@@ -111,7 +111,7 @@ class Columns(BaseModel):
     """Columns that list names, and not units."""
 
     @model_validator(mode="after")
-    def _check_lengths(self, info: ValidationInfo) -> Self:
+    def _check(self, info: ValidationInfo) -> Self:
         count: int = (info.context or {})["count"]
         for name, column in self.given():
             if name not in self.names and isinstance(column, list | str) and len(column) != count:

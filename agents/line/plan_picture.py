@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import itemgetter
 from typing import Any, Final
 
 import numpy as np
@@ -127,7 +128,8 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
     """Picture of all plans and, in more detail, of the plan of their verdict, as SVG; with the recovery to reach."""
     plan = verdict.plan
     releases = (verdict.release, plan), (verdict.other_release, verdict.twin)
-    ordered = sorted(plans, key=lambda each: _place(each.row))
+    order = itemgetter("robots", "skills", "percent", "belt_speed")
+    ordered = sorted(plans, key=lambda each: order(each.row))
     items = len(plan.config.cell.items)
     landing_rows = -(-items // 2)
     figure, (view, bars, landings) = stacked_panels(WIDTH, (2.7, 2.0 + ROW * len(plans), 0.4 + 2.7 * landing_rows))
@@ -163,11 +165,6 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
         axes.set_visible(False)
     landings.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
     return svg(figure)
-
-
-def _place(row: dict[str, Any]) -> tuple[Any, ...]:
-    """Order of plans from top to bottom."""
-    return row["robots"], row["skills"], row["percent"], row["belt_speed"]
 
 
 def _text(row: dict[str, Any], plans: Sequence[Planned]) -> str:

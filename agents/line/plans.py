@@ -169,7 +169,7 @@ class Planned:
         return float(arrived @ good / arrived.sum())
 
 
-def judge_plan(
+def judge(
     numbers: dict[str, Any],
     config: LineConfig,
     conditions: Conditions,
@@ -243,7 +243,7 @@ def try_changes(plan: Planned, conditions: Conditions) -> dict[str, float]:
     return recovery
 
 
-def check_plan(plan: Planned, conditions: Conditions, release: str | None = None) -> dict[str, Any] | None:
+def check(plan: Planned, conditions: Conditions, release: str | None = None) -> dict[str, Any] | None:
     """Recovery of a plan's first shifts in the full physics, and less that by the table; None for no shift to check.
 
     The interval of the difference holds the spread of the counts behind the table as well.

@@ -13,8 +13,8 @@ from ..dispatchers.decisions import make_release
 from ..dispatchers.registry import NAMES
 from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.versions import versions
-from . import reasons
-from .plans import Conditions, Planned, Sweep, check_plan, judge_plan, make_plans, try_changes
+from . import plans, reasons
+from .plans import Conditions, Planned, Sweep, make_plans, try_changes
 from .reasons import answer, check_text, reason, throws_are_the_reason
 
 ANALYTIC: Final = "analytic"
@@ -57,7 +57,7 @@ class Verdict:
 def judge_again(plan: Planned, conditions: Conditions, release: str | None) -> Planned:
     """A plan judged once more, by chances of the throws that its own controller chooses."""
     config = plan.config.model_copy(update={"chances": None})
-    return judge_plan(plan.numbers, config, conditions, release, recount=True)
+    return plans.judge(plan.numbers, config, conditions, release, recount=True)
 
 
 def recount_chosen(
@@ -143,23 +143,23 @@ def judge(
     tell: Callable[[str], object] = lambda text: None,
 ) -> Judged:
     """Judge every plan of a line, and give the verdict; `tell` is called with the words for each plan."""
-    asked, plans = list(make_plans(level, sweep)), list[Planned]()
+    asked, judged = list(make_plans(level, sweep)), list[Planned]()
     for number, (numbers, config) in enumerate(asked, 1):
         text = ", ".join(f"{name} {value}" for name, value in numbers.items())
         tell(f"plan {number} of {len(asked)}: {text}")
-        plans.append(judge_plan(numbers, config, conditions, release))
-    plans = recount_chosen(plans, recovery, conditions, release)
-    plan, is_enough = reasons.choose(plans, recovery)
+        judged.append(plans.judge(numbers, config, conditions, release))
+    judged = recount_chosen(judged, recovery, conditions, release)
+    plan, is_enough = reasons.choose(judged, recovery)
     used, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
     twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
-    checked = check_plan(plan, conditions, release)
+    checked = plans.check(plan, conditions, release)
     changes = {} if throws_are_the_reason(plan, recovery) else try_changes(plan, conditions)
     sentences = (
         answer(plan, is_enough, recovery),
         *([] if checked is None else [check_text(checked)]),
         reason(plan, recovery, used, (other, twin), changes),
     )
-    return Judged(level, conditions, plans, Verdict(plan, used, twin, other, checked, changes, sentences))
+    return Judged(level, conditions, judged, Verdict(plan, used, twin, other, checked, changes, sentences))
 
 
 def check(recovery: float, sweep: Sweep, conditions: Conditions) -> None:

@@ -23,10 +23,6 @@ LSTM: Final = ("lstm_in", "lstm_kept", "lstm_bias")
 """Names of the arrays of an LSTM in a file."""
 
 
-def _erf(x: Floats) -> Floats:
-    return importlib.import_module("scipy.special").erf(x)  # at first use, because the import takes a while
-
-
 def sigmoid(x: Floats) -> Floats:
     """Compute 1 / (1 + exp(-x)) in a form that no x overflows."""
     return 0.5 * (1.0 + np.tanh(0.5 * x))
@@ -36,7 +32,7 @@ OPERATORS: Final[Mapping[str, Callable[..., Floats]]] = {
     "Add": np.add,
     "Div": np.divide,
     "Elu": lambda x: np.where(x > 0.0, x, np.expm1(np.minimum(x, 0.0))),
-    "Erf": _erf,
+    "Erf": lambda x: importlib.import_module("scipy.special").erf(x),  # at first use, because the import takes a while
     "LeakyRelu": lambda x: np.where(x > 0.0, x, 0.01 * x),
     "Mul": np.multiply,
     "Relu": lambda x: np.maximum(x, 0.0),

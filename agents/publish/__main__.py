@@ -22,7 +22,7 @@ from ..judging.evaluation import evaluate
 from ..learning.runs import RunFolder
 from ..learning.trained import importless_environment
 from .card import card
-from .folder import check_graph, check_model, fill, level_and_folder_name
+from .folder import check, check_model, fill, level_and_folder_name
 
 LEVELS: Mapping[str, tuple[str, ...]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), ("waste", "unseen"))
 """Default levels of the evaluation by environment; the second level has items that were not in training."""
@@ -74,7 +74,7 @@ def main(arguments: Arguments) -> None:
     check_writable(target / "README.md")
     check_model(folder)
     if arguments.onnx:
-        check_graph(run_args)
+        check(run_args)
     levels = {level: level for level in arguments.levels or LEVELS.get(env_id, ())}
     levels = levels or {trained_on: str(folder / "env.yaml")}
     for level in levels.values():

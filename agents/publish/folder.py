@@ -65,7 +65,7 @@ def check_model(folder: Path) -> None:
         )
 
 
-def check_graph(run_args: Mapping[str, Any]) -> None:
+def check(run_args: Mapping[str, Any]) -> None:
     """Make sure that a policy's ONNX graph can act like the policy: without memory and without a base controller.
 
     Raises:

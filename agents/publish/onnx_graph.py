@@ -57,7 +57,7 @@ def save(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> None:
                 f"{PARITY:g} is rounding"
             )
     else:
-        _check_choices(model, policy)
+        _check(model, policy)
     onnx.save_model(model, file)
 
 
@@ -194,7 +194,7 @@ def _sample(size: int) -> NDArray[np.float32]:
     return (2.0 * np.random.default_rng(0).standard_normal((ROWS, size))).astype(np.float32)
 
 
-def _check_choices(model: Any, policy: Actor | Scorer) -> None:
+def _check(model: Any, policy: Actor | Scorer) -> None:
     """Make sure that the runtime chooses like the policy, on all sample observations at once and on the first alone."""
     session, observations = _session(model), _sample(ENTRIES)
     real, scores = choice_mask(observations), policy(observations)

@@ -72,10 +72,10 @@ def gains_table(data: Data) -> Grid:
         rows.append(
             [
                 f"`{level}`",
-                f"`{blind['label']}` {_gain(blind, first)}",
-                f"`{name_of(top)}` {_gain(top, first)}",
-                _gain(top, blind),
-                "-" if won is None or planner is None else f"`{name_of(won)}` {_gain(won, planner)}",
+                f"`{blind['label']}` {gain(value(blind), value(first))}",
+                f"`{name_of(top)}` {gain(value(top), value(first))}",
+                gain(value(top), value(blind)),
+                "-" if won is None or planner is None else f"`{name_of(won)}` {gain(value(won), value(planner))}",
             ]
         )
     header = ["level", "best class-blind rule over `fifo`", "best of all over `fifo`", "and over that rule"]
@@ -193,10 +193,6 @@ def _interval(values: Floats, base: Floats) -> metrics.Interval:
     shared = min(len(values), len(base))
     mean = base[:shared].mean() / 100.0
     return metrics.difference(values[:shared] / mean, base[:shared] / mean)
-
-
-def _gain(row: Data, base: Data) -> str:
-    return gain(value(row), value(base))
 
 
 def _value(row: Data) -> str:

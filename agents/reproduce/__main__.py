@@ -60,7 +60,8 @@ def main(arguments: Arguments) -> None:
     planned = select([job for paper in chosen for job in jobs(paper)], [*chain(*arguments.only)])
     if needs_optima(planned):
         check_libraries("casadi")
-    parts = do_missing(planned, work, processes(arguments.jobs or available()), fresh=arguments.fresh)
+    allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    parts = do_missing(planned, work, processes(arguments.jobs or allowed), fresh=arguments.fresh)
     findings = {job.name: part for job, part in zip(planned, parts, strict=True)}
     record, drawings = assemble(f"python -m agents.reproduce {arguments.paper}", findings)
     for grid in headlines(record):
@@ -100,11 +101,6 @@ def select(planned: Sequence[Job], only: Sequence[str]) -> list[Job]:
         check_known("part", only, dict.fromkeys(names))
     check_once({"only": only})
     return [job for job, name in zip(planned, names, strict=True) if not only or name in only]
-
-
-def available() -> int:
-    """Number of CPUs that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 if __name__ == "__main__":

@@ -67,7 +67,7 @@ class RowForm(BaseModel):
     statement: str = ""
 
     @model_validator(mode="after")
-    def _check_verdict(self) -> Self:
+    def _check(self) -> Self:
         agrees = self.holds or (self.holds is None and agree(self.published, self.reproduced, self.tolerance))
         says = {"reproduced": True, "differs": False, "misprint": False}.get(self.verdict, bool(agrees))
         if says != bool(agrees) or (self.published is None and self.verdict != "ours"):

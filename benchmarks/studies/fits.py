@@ -14,7 +14,7 @@ from agents.controllers.trackers import Kalman
 from agents.fit.log import ThrowLog
 from agents.fit.misfit import TESTS
 from agents.fit.parameters import PARAMETERS, read_level
-from agents.fit.twins import CELLS, ENV, Twin, judge_fit, study_twin
+from agents.fit.twins import CELLS, ENV, Twin, judge, study_twin
 from agents.judging.trials import open_trial
 from agents.results.study import Amount, Figures, Settings, share
 from pnt_gym.arrays import Floats
@@ -34,7 +34,7 @@ def twins(settings: Settings, amount: Amount) -> list[Figures]:
     judged, alarms, verdicts = list[dict[str, Any]](), list[dict[str, bool]](), list[dict[str, float]]()
     for seed in seeds(settings, amount):
         cell, fitted, seconds = study_twin(config, seed, LANDINGS, **options)
-        judged.append(judge_fit(cell, fitted))
+        judged.append(judge(cell, fitted))
         tests = {finding.name: finding.alarms for finding in fitted.misfit}
         called = {"any test": not fitted.fits, **{name: tests[name] for name in TESTS}}
         alarms.append({**called, "blow-off named": fitted.blows})

@@ -128,6 +128,11 @@ class EntryTable:
         return "\n".join(rows)
 
 
+def encoded(value: Any, centre: Any, scale: Any) -> Any:
+    """Entries of observations within [-CLIP, CLIP], of numbers or of arrays; compiled functions call it, too."""
+    return np.minimum(np.maximum((value - centre) / scale, -CLIP), CLIP)
+
+
 @final
 class FeatureTable(EntryTable):
     """The entries of one kind of observation, which it computes from coming throws.
@@ -143,5 +148,4 @@ class FeatureTable(EntryTable):
     def encode(self, throws: Any) -> NDArray[np.float32]:
         """Observations (N, D) of coming throws, float32 within [-CLIP, CLIP]."""
         values = np.array([feature.value(throws) for feature in self._features], dtype=np.float64)
-        scaled = (values.transpose(*range(1, values.ndim), 0) - self._centre) / self._scale
-        return np.minimum(np.maximum(scaled, -CLIP), CLIP).astype(np.float32)
+        return encoded(values.transpose(*range(1, values.ndim), 0), self._centre, self._scale).astype(np.float32)

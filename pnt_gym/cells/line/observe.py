@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pnt_gym.cells.base.features import CLIP
+from pnt_gym.cells.base.features import encoded
 from pnt_gym.cells.line.observation import MIN_RATE, ChoiceFeatures, LineFeatures
 from pnt_gym.cells.line.rows import LineState, Rider, Tables
 from pnt_gym.cells.line.sight import count_coming
@@ -14,12 +14,7 @@ from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.rows import Floats2, Ints1, Rows2, Singles2
 
 LINE_FEATURES, CHOICE_FEATURES = LineFeatures.dtype, ChoiceFeatures.dtype
-
-
-@kernel_part
-def _encode(value: float, centre: float, scale: float) -> float:
-    """Entry of an observation, as `FeatureTable.encode`."""
-    return min(max((value - centre) / scale, -CLIP), CLIP)
+_encoded = kernel_part(encoded)
 
 
 @kernel
@@ -66,7 +61,7 @@ def fill_observations(
             features.crowd, features.heirs = choice.crowd, choice.heirs
             features.reaches, features.queue = choice.reaches, choice.queue
             for k in range(width):
-                observations[n, begin + k] = _encode(choice_values[k], choice_scaling[0, k], choice_scaling[1, k])
+                observations[n, begin + k] = _encoded(choice_values[k], choice_scaling[0, k], choice_scaling[1, k])
         line = of_line[0]
         clock, arms = state.turns[n].clock, state.arms[n]
         line.gone = min(clock / tables.line[0].duration, 1.0)
@@ -77,4 +72,4 @@ def fill_observations(
         line.coming = count_coming(tables, riders[n], state.accounts[n], robot, clock)
         line.possible = count
         for k in range(head):
-            observations[n, k] = _encode(line_values[k], line_scaling[0, k], line_scaling[1, k])
+            observations[n, k] = _encoded(line_values[k], line_scaling[0, k], line_scaling[1, k])

@@ -1,11 +1,14 @@
-"""Rows of another processor: what counts as the same, and what the command says of them."""
+"""Columns of rows: what counts as the same, also on another processor, and that a file keeps them as they were."""
 
 import copy
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from agents.benchmark.verify import is_near
+from agents.benchmark.verify import is_near, judge
+from agents.results.content import with_columns, without_columns
 
 ROW: dict[str, Any] = {
     "item": [0, 1] * 100,
@@ -56,3 +59,33 @@ def test_few_counts_throws_whatever_column_differs() -> None:
 
 def test_totals_of_work_shifts_must_be_equal() -> None:
     assert not is_near({"value_per_min": [1.0], "success": 990}, {"value_per_min": [1.0], "success": 991})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "found"),
+    [
+        ({"a": 1, "b": [1, 2]}, {"a": 1, "b": [1, 2]}, None),
+        ({"b": [1, 2]}, {"b": [1]}, {"column": "b", "at": None, "file": [1, 2], "here": [1], "count": 1}),
+        ({}, {"b": 1}, {"column": "b", "at": None, "file": None, "here": 1, "count": 1}),
+        ({"b": [1, 2, 3]}, {"b": [1, 5, 4]}, {"column": "b", "at": 1, "file": 2, "here": 5, "count": 2}),
+    ],
+)
+def test_differences_in_form_are_differences(old: Any, new: Any, found: Any) -> None:
+    assert judge(old, new) == {"verdict": "different" if found else "equal", "difference": found}
+
+
+ODD: list[dict[str, Any]] = [
+    {"error_m": [0.01, None, -3.2], "letters": "sap", "count": [1, 2, 300], "hit": [True, False, True]},
+    {"error_m": [0.12345, 1e8, None], "by_robot": [[0.5, None], [1.0, 2.0], [3.0, 4.5]], "total": 4, "names": ["a"]},
+    {"error_m": [1.0, 2.0, 3.0], "large": [1e300, None, 0.1], "fine": [1e-9, 0.5, None], "torn": [[1], [1, 2], []]},
+    {"large": [1, 2, 3], "count": [0.5, None, 1.0], "words": ["1", None, "x"], "accent": "é", "none": [None] * 3},
+]
+
+
+def test_columns_of_any_kind_are_as_they_were() -> None:
+    rows = [{"label": str(number), "columns": columns} for number, columns in enumerate(ODD)]
+    heads, decimals, tables = without_columns(rows)
+    assert with_columns(Path("file.json"), heads, tables, decimals) == rows
+    assert decimals == {"error_m": 5, "by_robot": 1, "count": 1, "none": 0}
+    assert {name: head for name, head in heads[1]["columns"].items()} == {"total": 4, "names": ["a"]}
+    assert tables["0"].dtype["error_m"] == np.int32

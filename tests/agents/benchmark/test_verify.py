@@ -14,12 +14,11 @@ import pytest
 from rich.progress import Progress
 
 from agents.benchmark import run
-from agents.benchmark.verify import judge
 from agents.ground import tables
 from agents.ground.tables import throws_bar
 from agents.ground.work import LimitedWorker, UnfinishedError
 from agents.results import content
-from agents.results.content import read_form, with_columns, without_columns
+from agents.results.content import read_form
 from pnt_gym.constants import WORLD
 from tests.tools.benchmark import carried_out, forge, toy_plan, write
 from tests.tools.commands import answered, output_of, refused
@@ -116,19 +115,6 @@ def test_one_changed_outcome_is_found_with_its_place(data: dict[str, Any]) -> No
     assert [n for n, row in enumerate(verdicts) if row["verdict"] == "different"] == [3]
     expected = {"column": "outcome", "at": 17, "file": flipped, "here": outcomes[17], "count": 1}
     assert verdicts[3]["difference"] == expected
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "found"),
-    [
-        ({"a": 1, "b": [1, 2]}, {"a": 1, "b": [1, 2]}, None),
-        ({"b": [1, 2]}, {"b": [1]}, {"column": "b", "at": None, "file": [1, 2], "here": [1], "count": 1}),
-        ({}, {"b": 1}, {"column": "b", "at": None, "file": None, "here": 1, "count": 1}),
-        ({"b": [1, 2, 3]}, {"b": [1, 5, 4]}, {"column": "b", "at": 1, "file": 2, "here": 5, "count": 2}),
-    ],
-)
-def test_differences_in_form_are_differences(old: Any, new: Any, found: Any) -> None:
-    assert judge(old, new) == {"verdict": "different" if found else "equal", "difference": found}
 
 
 @pytest.mark.parametrize(
@@ -399,20 +385,3 @@ def test_a_file_of_an_earlier_version_is_read(stored: dict[str, Any]) -> None:
     assert [(row["verdict"], row["stored"]) for row in verdicts] == [("equal", True)] * 6
     FILE.write_text(json.dumps({**stored, "policies": dict.fromkeys(texts, "x")}))
     assert "the policy is no text in base64" in refused("agents.benchmark.verify", FILE)
-
-
-ODD: list[dict[str, Any]] = [
-    {"error_m": [0.01, None, -3.2], "letters": "sap", "count": [1, 2, 300], "hit": [True, False, True]},
-    {"error_m": [0.12345, 1e8, None], "by_robot": [[0.5, None], [1.0, 2.0], [3.0, 4.5]], "total": 4, "names": ["a"]},
-    {"error_m": [1.0, 2.0, 3.0], "large": [1e300, None, 0.1], "fine": [1e-9, 0.5, None], "torn": [[1], [1, 2], []]},
-    {"large": [1, 2, 3], "count": [0.5, None, 1.0], "words": ["1", None, "x"], "accent": "é", "none": [None] * 3},
-]
-
-
-def test_columns_of_any_kind_are_as_they_were() -> None:
-    rows = [{"label": str(number), "columns": columns} for number, columns in enumerate(ODD)]
-    heads, decimals, tables = without_columns(rows)
-    assert with_columns(FILE, heads, tables, decimals) == rows
-    assert decimals == {"error_m": 5, "by_robot": 1, "count": 1, "none": 0}
-    assert {name: head for name, head in heads[1]["columns"].items()} == {"total": 4, "names": ["a"]}
-    assert tables["0"].dtype["error_m"] == np.int32

@@ -18,7 +18,7 @@ from agents.fit.model import ThrowModel
 from agents.fit.parameters import priors
 from agents.fit.posterior import posterior, seal_chances
 from agents.fit.report import report
-from agents.fit.twins import Twin, judge_fit
+from agents.fit.twins import Twin, judge
 from agents.fit.words import sentences
 from agents.fit.writing import page
 from agents.ground.cli import UsageError
@@ -56,7 +56,7 @@ def usual_fit() -> Fitted:
 def test_a_fit_finds_what_was_hidden() -> None:
     twin, fitted = twin_and_fit()
     assert twin.log.has_landing.sum() == 40
-    judged = judge_fit(twin, fitted)
+    judged = judge(twin, fitted)
     held = [part["holds"] for part in judged.values()]
     assert np.mean(held) > 0.85
     delays = [part["error"] for name, part in judged.items() if name.startswith("delay_")]
