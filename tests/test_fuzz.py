@@ -24,7 +24,7 @@ from tests.tools.nightly import with_nightly
 from tests.tools.toy_cell import ToyVectorEnv
 
 SAMPLE = {"level": 10, "action": 20, "calls": 8, "line": 7, "file": 15, "output": 1, "infos": 1, "hours": 1}
-SAMPLE |= dict.fromkeys(FORMATS, 15)
+SAMPLE |= {**dict.fromkeys(FORMATS, 15), "resumed-folder": 6}  # a third of a second each
 SAMPLES = [*SAMPLE.items(), *((kind, 4 * count) for kind, count in SAMPLE.items())]
 
 
