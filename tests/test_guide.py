@@ -74,9 +74,9 @@ def importable(folder, monkeypatch):
     """The guide's modules can be imported in this process, and are forgotten afterwards."""
     monkeypatch.syspath_prepend(str(folder))
     yield
-    for name in [name for name in sys.modules if name.partition(".")[0] in ("catapult", "halving")]:
+    for name in [name for name in sys.modules if name.partition(".")[0] in ("catapult", "halving", "salvo")]:
         del sys.modules[name]
-    for name in [name for name in gym.registry if name.startswith("Catapult")]:
+    for name in [name for name in gym.registry if name.startswith(("Catapult", "Salvo"))]:
         del gym.registry[name]
 
 
@@ -98,10 +98,11 @@ def test_the_controller_of_the_guide_learns_and_skips_failed_picks(folder):
     assert waste["picks"] == PICKS
 
 
+@pytest.mark.usefixtures("importable")
 @pytest.mark.parametrize("option", [("--practice", "10"), ("--online",)])
 def test_an_option_of_learners_is_refused_for_others(folder, option):
     options = ("--env", "catapult:Catapult-v0", "--controller", "analytic", "--picks", "4")
-    done = run(folder, "-m", "pnt_gym", "evaluate", *options, *option)
+    done = call_here("pnt_gym", "evaluate", *options, *option, folder=folder)
     assert done.returncode == 2
     assert f"error: {option[0]} has no effect: controller 'analytic' has no method `learn`" in done.stderr
 
@@ -147,10 +148,12 @@ def test_a_kind_of_task_is_judged_compared_and_shown(folder):
     assert f"| random | analytic | {100 * plan['comparisons'][0]['hits']['value']:+.1f} " in shown
 
 
+@pytest.mark.usefixtures("importable")
 @pytest.mark.parametrize(("option", "said"), [("--shifts", "goes with work shifts"), ("--video", "goes with work")])
 def test_options_of_other_kinds_are_refused(folder, option, said):
     value = "2" if option == "--shifts" else "a.mp4"
-    done = run(folder, "-m", "agents.evaluate", "--env", "salvo:Salvo-v0", "--controller", "analytic", option, value)
+    words = ("--env", "salvo:Salvo-v0", "--controller", "analytic", option, value)
+    done = call_here("agents.evaluate", *words, folder=folder)
     assert done.returncode == 2
     assert f"error: {option} {said}" in done.stderr
     assert "is judged by salvos" in done.stderr

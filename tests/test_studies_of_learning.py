@@ -64,9 +64,9 @@ def test_a_gaussian_process_finds_a_smooth_function_and_keeps_it() -> None:
     assert np.array_equal(other.predict(new), process.predict(new))
 
 
-@pytest.mark.parametrize(("learner", "throws", "share"), [(Gp, 160, 0.6), (CmaEs, 6400, 0.9)])
-def test_learners_of_the_curves_learn(learner: Any, throws: int, share: float) -> None:
-    with closing(make_vector("PnTRelease-v0", FLIGHT, 16, 1)) as env:
+@pytest.mark.parametrize(("learner", "rows", "throws", "share"), [(Gp, 16, 160, 0.6), (CmaEs, 64, 6400, 0.9)])
+def test_learners_of_the_curves_learn(learner: Any, rows: int, throws: int, share: float) -> None:
+    with closing(make_vector("PnTRelease-v0", FLIGHT, rows, 1)) as env:
         controller = learner(core=core_of(env))
         controller.reset(0)
         before = summary(throw_held_out(controller, env, 160, 0))["landing_error_mean_m"]

@@ -82,7 +82,9 @@ def _on_cluster(
     head_identity = identity(needs.modules, needs.torch)
     with TemporaryDirectory() as folder:
         pack(Path(folder), needs.modules)
-        ray.init(address=address, runtime_env={"working_dir": folder, "env_vars": ALONE}, **_QUIET)
+        # Ray would leave out the folders in which machine code lies.
+        runtime_env = {"working_dir": folder, "excludes": ["!__pycache__", "!*.nb[ic]"], "env_vars": ALONE}
+        ray.init(address=address, runtime_env=runtime_env, **_QUIET)
         try:
             _count(ray)
             remote: Any = ray.remote(num_cpus=1, max_retries=RETRIES)(_self_contained_call(__name__))

@@ -14,6 +14,7 @@ from typing import Any, Final, cast
 
 import numpy as np
 from filelock import FileLock, Timeout
+from numpy.typing import NDArray
 
 from pnt_gym.errors import PntGymError, one_sentence
 from pnt_gym.reading import ReadError, json_of, yaml_of
@@ -119,6 +120,8 @@ def jsonable(values: Any, decimals: int | None = None) -> Any:
 
     None replaces NaN and infinity, which JSON does not have. A zero has no sign, so equal values have equal texts.
     """
+    if isinstance(values, np.ndarray) and values.ndim and decimals is None and values.dtype.kind in "bif":
+        return _listed(cast("NDArray[Any]", values))
     listed: Any = cast("Any", values).tolist() if isinstance(values, np.ndarray | np.generic) else values
     if isinstance(listed, list):
         return [jsonable(value, decimals) for value in cast("list[Any]", listed)]
@@ -127,6 +130,15 @@ def jsonable(values: Any, decimals: int | None = None) -> Any:
     if not math.isfinite(listed):
         return None
     return (listed if decimals is None else round(listed, decimals)) + 0.0
+
+
+def _listed(numbers: NDArray[Any]) -> Any:
+    """An array of numbers as JSON values, all at once, because results have millions."""
+    if numbers.dtype.kind != "f":
+        return numbers.tolist()
+    values = (numbers + 0.0).astype(object)
+    values[~np.isfinite(numbers)] = None
+    return values.tolist()
 
 
 def read_json(path: Path, max_bytes: int = MOST_RESULTS) -> Any:

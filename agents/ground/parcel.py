@@ -40,6 +40,8 @@ _MOST: Final = 200_000_000
 def pack(folder: Path, modules: Iterable[str]) -> None:
     """Copy the code, and the user's modules that are no part of it, into an empty folder.
 
+    Machine code that lies beside the modules goes with them: a node whose processor is the same compiles nothing.
+
     Raises:
         UsageError: a module has no file, or is too large.
     """
@@ -62,7 +64,8 @@ def pack(folder: Path, modules: Iterable[str]) -> None:
 
 def _copy(source: Path, target: Path) -> None:
     if source.is_dir():
-        shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+        # Numba writes its files under temporary names, which may be gone a moment later.
+        shutil.copytree(source, target, ignore=shutil.ignore_patterns("*.pyc", "*.pyc.*", "*.nb?.tmp.*"))
     else:
         shutil.copyfile(source, target)
 

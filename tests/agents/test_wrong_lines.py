@@ -200,11 +200,13 @@ def test_what_a_command_needs_is_asked_for_by_name(place: Path, command: str) ->
             assert (option.word or "(required)") in said
 
 
-KEYS: Final = [key for family in FAMILIES for key in (*keys(family), *lacks(family))]
+def wrong_keys() -> st.SearchStrategy[Key]:
+    """Any wrong key of any family of levels."""
+    return st.sampled_from([key for family in FAMILIES for key in (*keys(family), *lacks(family))])
 
 
 @settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(key=st.sampled_from(KEYS))
+@given(key=st.deferred(wrong_keys))
 def test_a_wrong_key_of_a_level_ends_a_command(place: Path, tmp_path: Path, key: Key) -> None:
     (tmp_path / "x.yaml").write_text(yaml_text(key.level()))
     env_id, _ = FAMILIES[key.family]

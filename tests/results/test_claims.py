@@ -22,8 +22,14 @@ from pnt_gym.cells.line.config import LineConfig
 
 @cache
 def read(name: str) -> Any:
-    path = ROOT / "results" / f"{name}.json"
-    return read_form(path).data if name.startswith("benchmark") else read_json(path)
+    """Figures of a file of results, without the columns of a benchmark's rows."""
+    return read_json(ROOT / "results" / f"{name}.json")
+
+
+@cache
+def details(name: str) -> Any:
+    """A benchmark's file with the throws or shifts of its rows."""
+    return read_form(ROOT / "results" / f"{name}.json").data
 
 
 # Drift: results/drift.md and docs/drift.md.
@@ -86,7 +92,7 @@ def test_five_seeds_and_enough_shifts_stand_behind_each_error(level: str, shifts
 
 @pytest.mark.parametrize("name", ["kalman", "in_context"])
 def test_the_first_shifts_of_drift_mix_are_hard_ones(name: str) -> None:
-    rows = [row for row in read("benchmark_adapt")["results"] if (row["label"], row["level"]) == (name, "drift_mix")]
+    rows = [row for row in details("benchmark_adapt")["results"] if (row["label"], row["level"]) == (name, "drift_mix")]
     columns = [np.array([row["columns"][c][: 32 * 50] for row in rows], dtype=float) for c in ("along_m", "across_m")]
     assert np.nanmean(np.hypot(*columns)) == pytest.approx(0.0150, abs=0.0001)
 
@@ -154,7 +160,7 @@ def throws_row(name: str, level: str, label: str, throws: int) -> Any:
 
 def test_thirty_throws_beat_the_planner_of_a_throw() -> None:
     planner, ridge = (throws_row("benchmark", "waste", *who) for who in (("analytic", 0), ("ridge", 30)))
-    ahead = interval(read("benchmark"), "waste", ridge, planner)
+    ahead = interval(details("benchmark"), "waste", ridge, planner)
     assert ahead is not None
     assert ahead.low > 5.0
 
@@ -171,7 +177,7 @@ def test_every_learner_lands_farther_from_the_target_than_the_oracle(name: str, 
 )
 def test_the_oracle_bounds_no_pace(name: str, level: str, clear: bool) -> None:
     sac, oracle = throws_row(name, level, "sac", 10_000), throws_row(name, level, "oracle", 0)
-    ahead = interval(read(name), level, sac, oracle)
+    ahead = interval(details(name), level, sac, oracle)
     assert ahead is not None
     assert (ahead.value > 0.0, ahead.excludes_zero) == (True, clear)
 
@@ -196,19 +202,18 @@ def test_no_page_calls_an_oracle_a_bound(pattern: str) -> None:
 ALONE = tuple(name for name in PLANNERS if name != "guided_beam")
 """Planners that nothing guides."""
 LEVELS = sorted({*LineConfig.level_names()} - {"nominal"})
-LINE = read("benchmark_line")
 
 
 def row(level: str, names: str | tuple[str, ...] | None) -> Any:
     """The row of a label after all it learned, or of the best of some controllers; None stands for all."""
     if isinstance(names, str):
-        return [row for row in rows_of(LINE, [level]) if row["label"] == names][-1]
-    return best(rows_of(LINE, [level]), names)
+        return [row for row in rows_of(read("benchmark_line"), [level]) if row["label"] == names][-1]
+    return best(rows_of(read("benchmark_line"), [level]), names)
 
 
 def seeds(level: str, name: str) -> list[Floats]:
     """Value of each shift, by seed of the learning."""
-    return by_seed(LINE, row(level, name))
+    return by_seed(details("benchmark_line"), row(level, name))
 
 
 def gain(one: Floats, other: Floats, errors: float = 0.0) -> float:
@@ -257,7 +262,7 @@ def test_every_seed_is_clearly_ahead(level: str, names: Any, reference: Any) -> 
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_what_the_pages_say_of_every_line(level: str) -> None:
-    rows = rows_of(LINE, [level])
+    rows = rows_of(read("benchmark_line"), [level])
     wanted = {"random", "fifo", "spt", "value_rate", "atc", "beam", "index", "residual_ppo", "maskable_ppo"}
     assert wanted <= {one["label"] for one in rows}
     assert {(one["invalid_actions"], one["shifts"]) for one in rows} == {(0, 100)}
@@ -278,9 +283,9 @@ def test_guided_beam_is_hard_to_beat(level: str) -> None:
     """No seed of what was learned or searched beats it on any of the six levels, and all are clearly behind."""
     planner = value(row(level, "guided_beam"))
     assert len(LEVELS) == 6
-    for learner in learners(rows_of(LINE, [level])):
+    for learner in learners(rows_of(read("benchmark_line"), [level])):
         assert gain(value(learner), planner, -2.0) < 0.0, learner["label"]
-        assert all(gain(one, planner) < 0.0 for one in by_seed(LINE, learner)), learner["label"]
+        assert all(gain(one, planner) < 0.0 for one in by_seed(details("benchmark_line"), learner)), learner["label"]
 
 
 @pytest.mark.parametrize("level", ["skills3", "skills3_burst"])
@@ -298,8 +303,11 @@ def test_what_the_pages_say_of_single_lines() -> None:
         assert 0.7 < third < 0.8
     learned, atc, beam = (row("value", name) for name in ("residual_ppo", "atc", "beam"))
     assert learned["throws"] == 500_000
-    assert all(gain(one, value(atc)) > 0.6 * gain(value(beam), value(atc)) for one in by_seed(LINE, learned))
-    assert sorted(LINE["plan"]["levels"]) == LEVELS
+    assert all(
+        gain(one, value(atc)) > 0.6 * gain(value(beam), value(atc))
+        for one in by_seed(details("benchmark_line"), learned)
+    )
+    assert sorted(read("benchmark_line")["plan"]["levels"]) == LEVELS
 
 
 def test_tables_stand_in_for_throws_and_a_learned_release_keeps_its_worth() -> None:
