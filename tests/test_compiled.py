@@ -123,12 +123,26 @@ def test_code_on_disk_follows_functions_and_constants_of_other_files(tmp_path):
     assert shorten(4.0, 0.25) == (0.25, 0), "a function changed"
 
 
+TWO = """
+from pnt_gym.compiled import kernel
+
+@kernel
+def double(length: float) -> float:
+    return 2.0 * length
+
+@kernel
+def halve(length: float) -> float:
+    return 0.5 * length
+"""
+
+
 def test_only_somebody_at_a_terminal_is_told_that_code_is_made(tmp_path):
-    code = "import pnt_gym.cells.base.body_kernel"
-    assert run(code, NUMBA_CACHE_DIR=tmp_path / "pipe").stderr == ""
+    (tmp_path / "two.py").write_text(TWO)
+    code = "import two"
+    assert run(code, NUMBA_CACHE_DIR=tmp_path / "pipe", PYTHONPATH=tmp_path).stderr == ""
     for lines in (1, 0):  # made, and then found
         ours, theirs = pty.openpty()
-        where = environment() | {"NUMBA_CACHE_DIR": str(tmp_path / "terminal")}
+        where = environment() | {"NUMBA_CACHE_DIR": str(tmp_path / "terminal"), "PYTHONPATH": str(tmp_path)}
         subprocess.run([sys.executable, "-c", code], env=where, stderr=theirs, check=True)
         os.write(theirs, b"end")
         said = os.read(ours, 10_000).decode()

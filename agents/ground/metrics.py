@@ -271,11 +271,12 @@ def _resample_counts(count: int) -> NDArray[np.uint16]:
     """How often each bootstrap resample draws each of `count` rows (RESAMPLES, count); the same for all figures."""
     random = np.random.default_rng(0)
     first_cells = count * np.arange(_BLOCK)[:, None]
-    blocks = [
-        np.bincount((random.integers(count, size=(_BLOCK, count)) + first_cells).ravel(), minlength=_BLOCK * count)
-        for _ in range(RESAMPLES // _BLOCK)
-    ]
-    return np.concatenate(blocks).astype(np.uint16).reshape(RESAMPLES, count)
+    counts = np.empty((RESAMPLES, count), dtype=np.uint16)
+    for first in range(0, RESAMPLES, _BLOCK):
+        cells = random.integers(count, size=(_BLOCK, count))
+        cells += first_cells
+        counts[first : first + _BLOCK] = np.bincount(cells.ravel(), minlength=_BLOCK * count).reshape(_BLOCK, count)
+    return counts
 
 
 def _interval(value: float, drawn: Floats) -> Interval:
