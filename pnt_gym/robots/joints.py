@@ -23,7 +23,7 @@ class JointMotion:
     torque: Floats
 
 
-class Robot(Protocol):
+class RobotModel(Protocol):
     """A robot in a model: the names of its elements, and its kinematics and dynamics."""
 
     @property
@@ -68,17 +68,17 @@ class Robot(Protocol):
         ...
 
 
-def qpos_columns(model: MjModel, robot: Robot) -> Ints:
+def qpos_columns(model: MjModel, robot: RobotModel) -> Ints:
     """(n,) columns of the model's qpos that a pose fills: `qpos[:, columns] = robot.pose(hand)`."""
     return _columns(model, robot, "qposadr", 4)
 
 
-def qvel_columns(model: MjModel, robot: Robot) -> Ints:
+def qvel_columns(model: MjModel, robot: RobotModel) -> Ints:
     """(n,) columns of the model's qvel that `robot.rates` fills."""
     return _columns(model, robot, "dofadr", 3)
 
 
-def _columns(model: MjModel, robot: Robot, address: str, ball_width: int) -> Ints:
+def _columns(model: MjModel, robot: RobotModel, address: str, ball_width: int) -> Ints:
     """(n,) columns of all joints; a ball joint has `ball_width` columns, any other joint has one."""
     ball = int(mujoco.mjtJoint.mjJNT_BALL.value)
     columns: list[int] = []

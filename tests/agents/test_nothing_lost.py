@@ -198,6 +198,18 @@ AT_ONCE = [
 ]
 
 
+def forget(monkeypatch: pytest.MonkeyPatch, *libraries: str) -> None:
+    """Let libraries, and our modules that import them, be imported anew in this test alone.
+
+    A package knows its modules, too: without its old attribute, later tests would meet two copies of a class.
+    """
+    for name in [n for n in sys.modules if n.partition(".")[0] in libraries or n in OURS]:
+        package, _, module = name.rpartition(".")
+        if name in OURS and hasattr(sys.modules.get(package), module):
+            monkeypatch.delattr(sys.modules[package], module)
+        monkeypatch.delitem(sys.modules, name)
+
+
 @pytest.mark.parametrize(("library", "extra", "command"), AT_ONCE)
 def test_what_is_missing_at_the_end_is_named_before_the_work(
     run: Path, here: Path, monkeypatch: pytest.MonkeyPatch, library: str, extra: str, command: tuple[str, ...]
@@ -219,9 +231,7 @@ def test_a_library_that_is_not_there_is_named_with_what_brings_it(
 ) -> None:
     (here / "results").mkdir()
     small_reproduction(here / "results")
-    for name in [n for n in sys.modules if n.partition(".")[0] == library or n in OURS]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delattr("agents.dataset.offline", raising=False)  # which its package would still know
+    forget(monkeypatch, library)
     monkeypatch.setitem(sys.modules, library, None)
     said = refused(*command)
     assert f"needs {library}" in said
@@ -234,8 +244,7 @@ def test_a_trained_policy_throws_without_the_libraries_that_trained_it(
 ) -> None:
     command = ("agents.evaluate", "--controller", "run", "--picks", "8", "--num-envs", "4", "--json")
     assert answered(*command, "with.json") == (0, "")
-    for name in [n for n in sys.modules if n.partition(".")[0] in LEARNS or n in OURS]:
-        monkeypatch.delitem(sys.modules, name)
+    forget(monkeypatch, *LEARNS)
     for name in LEARNS:
         monkeypatch.setitem(sys.modules, name, None)
     assert answered(*command, "without.json") == (0, "")

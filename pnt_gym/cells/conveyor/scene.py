@@ -34,7 +34,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.robot import RobotSheet
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY
 from pnt_gym.engine import MjModel, MjSpec, mujoco
-from pnt_gym.robots.joints import Robot
+from pnt_gym.robots.joints import RobotModel
 from pnt_gym.robots.rails.model import add_rails
 from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, set_options
 from pnt_gym.robots.t3kr.model import add_t3kr
@@ -80,7 +80,7 @@ class Surroundings:
 class Scene(Surroundings):
     """A compiled cell with the robot, and the ids of the grip, of the cup and of their actuators."""
 
-    robot: Robot
+    robot: RobotModel
     grip_site: int
     grip_equality: int
     spin_controls: slice
@@ -128,7 +128,7 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
     )
 
 
-def add_robot(spec: MjSpec, sheet: RobotSheet, rods: str = "four") -> Robot:
+def add_robot(spec: MjSpec, sheet: RobotSheet, rods: str = "four") -> RobotModel:
     """Add the robot of a sheet, or its stand-in where only the sheet is known."""
     return add_t3kr(spec, rods="eight" if rods == "eight" else "four") if sheet.has_model else add_rails(spec)
 

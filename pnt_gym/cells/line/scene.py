@@ -17,7 +17,7 @@ from pnt_gym.cells.conveyor.scene import add_bins, add_cup, add_ground, add_robo
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.engine import MjData, MjModel, MjSpec, mujoco
 from pnt_gym.robots.brush import FIXED_GROUP, MOTOR, PAINT, STEEL, Brush
-from pnt_gym.robots.joints import Robot, qpos_columns
+from pnt_gym.robots.joints import RobotModel, qpos_columns
 
 MARGIN: Final = 0.5
 """Length of belt that pictures show beyond the outermost windows; upstream they show at least the camera's place
@@ -43,7 +43,7 @@ class LineScene:
 
     model: MjModel
     data: MjData
-    robots: tuple[Robot, ...]
+    robots: tuple[RobotModel, ...]
     columns: tuple[Ints, ...]
     """Columns of qpos that the pose of each robot fills."""
     belt: tuple[float, float]
@@ -94,7 +94,7 @@ def belt_extent(config: LineConfig) -> tuple[float, float]:
     return min(low, config.robots[0].x + config.cell.belt.pick_x[0] - MARGIN), high + MARGIN
 
 
-def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> Robot:
+def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> RobotModel:
     """Add one robot with its cup and its bins at its place."""
     cell, robot_spec = config.cell_of(index), mujoco.MjSpec()
     robot = add_robot(robot_spec, cell.robot)

@@ -57,7 +57,9 @@ def test_the_air_scales_with_the_dial(mismatch, air):
 def test_sensor_columns_are_those_of_the_model():
     scene = build_scene(ConveyorConfig.load("nominal"))
     model, data = scene.model, mujoco.MjData(scene.model)
-    assert model.nsensordata == max(columns.stop for columns in SENSORS.values())
+    ends = [columns.stop for columns in SENSORS.values()]
+    assert model.nsensordata == SENSORS["torque"].start + len(scene.robot.actuators)
+    assert ends == [*sorted(ends[:-1]), None]
     first = scene.object_qpos
     data.qpos[first : first + 3] = 0.1, 0.2, 0.3
     data.qvel[scene.object_qvel : scene.object_qvel + 3] = 1.0, 2.0, 3.0

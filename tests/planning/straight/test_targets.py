@@ -10,7 +10,7 @@ from pnt_gym.planning.straight.rows import StopRules
 from tests.tools.throws import same_bits
 
 COUNT, TARGETS = 600, 5
-SPACE = Space(0.45, 0.80, -0.95, 0.0)
+SPACE = Space(0.45, 0.80, -0.95, 0.0, x=0.0, y=0.0, hole=0.0)
 RULES = [StopRules(0.08, 0.0, 0.10), StopRules(0.0, 0.8, 0.05), StopRules(0.1, 0.0, 0.0)]
 
 

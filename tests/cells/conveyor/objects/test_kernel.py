@@ -39,7 +39,7 @@ def draws(config, seed):
     bins = max(len(config.bins.fixed), 1)
     uniform = random.random((COUNT, 2)), random.random((COUNT, 2)), random.random((COUNT, 2, bins))
     normals, uniforms = random.standard_normal((COUNT, 2, NORMALS)), random.random((COUNT, 2, UNIFORMS))
-    return normals, uniforms, SideDraws(*uniform, random.standard_normal((COUNT, 2, 4)))
+    return normals, uniforms, SideDraws(*uniform, *(random.standard_normal((COUNT, 2, size)) for size in (4, 3)))
 
 
 def kinds(config, u, side):
@@ -115,6 +115,7 @@ def values(config, table, z, u, side):
         "draws.gap": belt.spacing[0] + (belt.spacing[1] - belt.spacing[0]) * u[..., 2],
         "draws.place": u[..., 8:12],
         "draws.bin": u[..., 12:36].reshape(COUNT, 2, 8, 3),
+        "hand_error": m * config.robot.accuracy * side.hand,
         "fill": side.fill,
     }
 
