@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Final, Literal
+from typing import Annotated, ClassVar, Final, Literal
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Positive, Range
@@ -18,7 +18,7 @@ from pnt_gym.cells.base.items import Item
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 from pnt_gym.cells.conveyor.drift import Bias, Cells, Drift, Feedback
-from pnt_gym.cells.conveyor.robot import T3KR, RobotSheet, read_sheet
+from pnt_gym.cells.conveyor.robot import T3KR, RobotSheet
 from pnt_gym.cells.conveyor.sections import ActionScale, Classifier, Cup, Grip, Limits, Motion, Pick, Suction, Throwable
 from pnt_gym.names import list_names
 from pnt_gym.planning.motion.riding import fastest_belt
@@ -97,12 +97,6 @@ class ConveyorConfig(SortingLine):
         "cycle is shorter by the factor e [s].",
     )
     picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Throws of an episode on the belt.")
-
-    @field_validator("robot", mode="before")
-    @classmethod
-    def _read_robot(cls, value: Any) -> Any:
-        """The data sheet of a shipped robot's name."""
-        return read_sheet(value) if isinstance(value, str) else value
 
     def problems(self) -> Iterator[str]:
         """A sentence for each problem of values that are possible alone, and not together."""

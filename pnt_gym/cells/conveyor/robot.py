@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from pathlib import Path
 from typing import Annotated, Any, Final, Literal, final
 
 import numpy as np
@@ -101,6 +100,12 @@ class RobotSheet(Section):
         default="", description="Where the numbers are from, and which of them are assumed."
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, value: Any) -> Any:
+        """The values of a shipped sheet, from its name."""
+        return read_sheet(value) if isinstance(value, str) else value
+
     @model_validator(mode="after")
     def _agrees(self) -> RobotSheet:
         if problems := [*self._problems()]:
@@ -157,7 +162,7 @@ class RobotSheet(Section):
         reach, (low, high) = self.reach, self.height
         return EllipticWorkspace(*reach.semi_axes, low, high, reach.x, reach.y, reach.hole or 0.0)
 
-    @property
+    @cached_property
     def has_model(self) -> bool:
         """Whether joints and torques of the robot are simulated: those of the T3KR are."""
         return self == T3KR
@@ -165,7 +170,7 @@ class RobotSheet(Section):
 
 def sheet_names() -> tuple[str, ...]:
     """Names of the shipped sheets."""
-    return tuple(sorted(path.stem for path in _folder().glob("*.yaml")))
+    return tuple(sorted(path.stem for path in shipped_folder("robots").glob("*.yaml")))
 
 
 def read_sheet(name: str) -> dict[str, Any]:
@@ -176,12 +181,8 @@ def read_sheet(name: str) -> dict[str, Any]:
     """
     if name not in sheet_names():
         raise ConfigError(unknown_name("robot", name, sheet_names(), ", or a section with its data sheet"))
-    return {"name": name, **parsed_yaml(text_of(_folder() / f"{name}.yaml"))}
+    return {"name": name, **parsed_yaml(text_of(shipped_folder("robots") / f"{name}.yaml"))}
 
 
-def _folder() -> Path:
-    return shipped_folder("robots")
-
-
-T3KR: Final = RobotSheet.model_validate(read_sheet("t3kr"))
+T3KR: Final = RobotSheet.model_validate("t3kr")
 """The robot of Hassan et al. 2022, the only one whose joints and motors are simulated."""

@@ -9,7 +9,7 @@ from pydantic import Field, field_validator
 
 from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Section
 from pnt_gym.cells.base.sorting import Bin
-from pnt_gym.cells.conveyor.robot import RobotSheet, read_sheet
+from pnt_gym.cells.conveyor.robot import RobotSheet
 
 FARTHEST: Final = 2e5
 """Robots stand no farther from the origin along the belt, where doubles still resolve 3e-11 m [m]."""
@@ -38,12 +38,6 @@ class Robot(Section):
     percent: Percents = Field(
         default=(), description="Speed settings from which the robot chooses; empty: the settings of the `cell` [%]."
     )
-
-    @field_validator("robot", mode="before")
-    @classmethod
-    def _read_robot(cls, value: Any) -> Any:
-        """The data sheet of a shipped robot's name."""
-        return read_sheet(value) if isinstance(value, str) else value
 
     def takes(self, item: str, bins: Sequence[Bin]) -> bool:
         """Whether the robot has the skill for an item, and a bin for it; `bins` are those of the cell."""

@@ -11,7 +11,7 @@ import yaml
 
 from agents.ground.environments import core_of, make_vector
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.robot import T3KR, WAY, RobotSheet, read_sheet, sheet_names
+from pnt_gym.cells.conveyor.robot import T3KR, WAY, RobotSheet, sheet_names
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning import EllipticWorkspace, MotionLimits, plan_release, rest_to_rest
@@ -32,7 +32,7 @@ def without(sheet: Mapping[str, Any], *names: str, **changes: Any) -> dict[str, 
 @pytest.mark.parametrize("name", sheet_names())
 def test_a_standard_cycle_takes_what_the_sheet_says(name: str) -> None:
     """Six strokes along a rectangle would stop at its corners: half a cycle is one stroke of its length."""
-    sheet = RobotSheet.model_validate(read_sheet(name))
+    sheet = RobotSheet.model_validate(name)
     limits = MotionLimits(sheet.velocity, sheet.acceleration, sheet.full_jerk)
     cycle = 2.0 * rest_to_rest([[WAY, 0.0, 0.0]], limits).durations.sum()
     assert sheet.cycle == pytest.approx(cycle, rel=1e-9)
