@@ -38,6 +38,6 @@ def estimate(config: LineConfig, conditions: Conditions, flights: int, near: Fli
     """
     sweep = Sweep(robots=(len(config.robots),), minutes=config.duration / 60.0)
     numbers, line = next(make_plans(LineConfig.load(config, throws="table", chances=None), sweep))
-    conditions = replace(conditions, throws=flights, fidelity="flight")
+    conditions = replace(conditions, throws=flights, fidelity="flight", quiet=True)
     table = fly(line, flights, conditions.seed, conditions.threads, near=near)
     return Estimate(assess({**numbers, "chances_by": "random"}, table.given_to(line), table.counted, conditions), table)
