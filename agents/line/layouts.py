@@ -152,10 +152,21 @@ class Grounds:
         return swapped
 
     def nearer(self, way: float) -> Layout:
-        """Today's layout with all bins nearer to their robots' bases by a way, as far as there is room."""
-        length = np.linalg.norm(self.today.bins, axis=1, keepdims=True)
-        shares = 1.0 - np.minimum(way / np.maximum(length, TOUCH), 1.0)
-        return self.layout(self.vector(Layout(self.today.bins * shares, self.today.robots)))
+        """Today's layout with all bins nearer to the belt by a way, as far as there is room."""
+        bins, (left, right) = self.today.bins.copy(), self.config.cell.belt.y
+        across = bins[:, 1] - (left + right) / 2.0
+        room = np.maximum(np.abs(across) - (right - left) / 2.0, 0.0)
+        bins[:, 1] -= np.sign(across) * np.minimum(way, room)
+        return self.layout(self.vector(Layout(bins, self.today.robots)))
+
+    def crossings(self, layout: Layout) -> list[Layout]:
+        """Layouts in which one bin has gone to the other side of the belt."""
+        crossed, (left, right) = list[Layout](), self.config.cell.belt.y
+        for index in range(len(layout.bins) if self._what != "robots" else 0):
+            bins, half = layout.bins.copy(), self._half[self._bin == index][0, 1] + self._gap + CLEAR
+            bins[index, 1] = left - half if bins[index, 1] > left else right + half
+            crossed.append(self.layout(self.vector(Layout(bins, layout.robots))))
+        return crossed
 
     def differences(self, layout: Layout) -> dict[str, Any]:
         """What a layout changes in the level of its line, in the form of a level's file."""

@@ -23,10 +23,12 @@ from .plans import Conditions, simulate
 
 GROWTH: Final = ((0.4, 128), (0.75, 256), (1.0, 512))
 """Flights behind an estimate, up to a share of the tries."""
-NEARER: Final = (0.05, 0.10, 0.15, 0.20)
-"""Ways by which all bins come nearer, for the search to begin with [m]."""
-SWAPS: Final = 0.1
-"""Share of the tries for exchanging two bins, before and after the search, each."""
+NEARER: Final = (0.1, 0.2, 0.3)
+"""Ways by which all bins come nearer to the belt, for the search to begin with [m]."""
+BEGIN: Final = 0.35
+"""Share of the tries for simple changes, before CMA-ES."""
+END: Final = 0.85
+"""Share of the tries after which CMA-ES ends, for simple changes of what it found."""
 SIGMA: Final = (0.05, 0.20)
 """Standard deviations with which the search begins, of bins and of robots [m]."""
 FINALISTS: Final = 3
@@ -165,28 +167,39 @@ class Search:
             return None
 
     def run(self, seed: int) -> list[Layout]:
-        """The best layouts, by settled estimates: today's, all bins nearer, bins exchanged, and what CMA-ES finds."""
+        """The best layouts by settled estimates, of simple changes of today's layout and of what CMA-ES finds.
+
+        Raises:
+            UsageError: no layout to begin with is possible.
+        """
         grounds = self.grounds
-        self.try_all("bins nearer", [grounds.today, *map(grounds.nearer, NEARER)])
+        self.try_all("bins nearer to the belt", [grounds.today, *map(grounds.nearer, NEARER)], BEGIN)
         if not self.known:
             raise UsageError(
-                f"level {grounds.config.name!r}: neither today's places nor places nearer to the robots keep clear of "
+                f"level {grounds.config.name!r}: neither today's places nor places nearer to the belt keep clear of "
                 "belt, bins and what is kept free"
             )
-        self.try_all("bins exchanged", grounds.swaps(self.best(1)[0]), SWAPS)
-        self.evolve(seed, 1.0 - SWAPS)
-        self.try_all("bins exchanged", grounds.swaps(self.best(1)[0]))
+        self.exchange(BEGIN)
+        self.evolve(seed, END)
+        self.exchange(1.0)
         self.stage = "settled estimates"
         self.tell()
         settled = {tuple(grounds.vector(layout)): layout for layout in self.best(SETTLING)}
         scores = {key: self.recovery(layout, SETTLED) or 0.0 for key, layout in settled.items()}
         return [settled[key] for key in sorted(scores, key=lambda key: -scores[key])][:FINALISTS]
 
-    def try_all(self, stage: str, layouts: Iterable[Layout], share: float = 1.0) -> None:
-        """Try some layouts, until they or a share of the tries are used up; today's layout is always tried."""
-        self.stage, start = stage, self.tried / self.tries
+    def exchange(self, share: float) -> None:
+        """Exchange bins and let bins cross the belt, as long as that is better, and until a share of the tries."""
+        before: Layout | None = None
+        while before is not (best := self.best(1)[0]) and not self.is_over(share):
+            self.try_all("bins exchanged", [*self.grounds.crossings(best), *self.grounds.swaps(best)], share)
+            before = best
+
+    def try_all(self, stage: str, layouts: Iterable[Layout], share: float) -> None:
+        """Try some layouts, until a share of the tries is used up; today's layout is always tried."""
+        self.stage = stage
         for layout in layouts:
-            if self.known and self.is_over(start + share):
+            if self.known and self.is_over(share):
                 return
             self.cost(layout)
 

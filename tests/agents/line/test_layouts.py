@@ -55,7 +55,7 @@ def test_violation_says_how_far_a_layout_is_from_a_possible_one():
     assert grounds.violation(near) == pytest.approx(3 * 0.020)
     with pytest.raises(ConfigError, match="overlaps"):
         grounds.line(near)
-    bins = grounds.today.bins + [0.0, 0.5]
+    bins = grounds.today.bins + np.array([0.0, 0.5])
     assert grounds.violation(Layout(bins, grounds.today.robots)) == pytest.approx(0.04 + 0.1 + 0.1 + 0.04)
     robots = np.array([0.0, 0.5, 2.8])
     assert Grounds(SKILLS3, "robots").violation(Layout(grounds.today.bins, robots)) >= 0.1
@@ -84,10 +84,17 @@ def test_bins_change_places_within_their_set():
     assert not Grounds(OWN, "robots").swaps(grounds.today)
 
 
-def test_nearer_bins_are_nearer():
+def test_bins_come_nearer_and_cross_the_belt():
     grounds = Grounds(SKILLS3)
-    lengths = [np.linalg.norm(grounds.nearer(way).bins, axis=1).mean() for way in (0.0, 0.1, 0.2)]
-    assert lengths[0] > lengths[1] > lengths[2]
+    belt = SKILLS3.cell.belt.y
+    ways = [(grounds.nearer(way).bins[:, 1] - belt[1]).mean() for way in (0.0, 0.1, 0.2)]
+    assert ways == pytest.approx([0.41, 0.31, 0.21])
+    assert (grounds.nearer(9.0).bins[:, 1] > belt[1]).all()
+    over = grounds.crossings(grounds.today)
+    assert [(one.bins[:, 1] < belt[0]).tolist() for one in over] == np.eye(4, dtype=bool).tolist()
+    assert [grounds.violation(one) for one in over] == [0.0] * 4
+    back = grounds.crossings(over[2])[2]
+    assert (back.bins[:, 1] > belt[1]).all() and grounds.violation(back) == 0.0
 
 
 @pytest.mark.parametrize("config", [SKILLS3, OWN], ids=["skills3", "own"])
