@@ -59,7 +59,7 @@ class Arguments:
     """Write all plans to this file."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
     """Draw the line to scale, the fates of objects and the energy of all plans, and where each item lands."""
-    place: Annotated[Literal["bins", "robots", "all"] | None, option("nothing")] = None
+    place: Annotated[Literal["bins", "robots", "all"] | None, option("nothing", "bins|robots|all")] = None
     """Search for better places of the level's bins, of its robots along the belt, or of both, and judge these places
     in the full physics instead of a sweep."""
     keep_out: Annotated[tuple[tuple[float, float, float, float], ...], option("none", "X0 X1 Y0 Y1 ...")] = ()

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from ..judging.losses import FATES, Counted, Fates, decision_energy
 from ..judging.shifts import Shifts, run_shifts
 from .flown import fly
 from .thrown import with_table
+
+A_PLAN: Final = ", a plan"
+"""End of the name of a plan's line."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ def make_plans(level: LineConfig, sweep: Sweep) -> Iterator[tuple[dict[str, Any]
     down = standstill(level, sweep)
     for count, speed, limit, skills in itertools.product(sweep.robots, speeds, percents, sweep.skills):
         changes = level.model_dump(mode="json", exclude_unset=True)
-        changes |= {"name": f"{level.name}, a plan", "duration": 60.0 * sweep.minutes}
+        changes |= {"name": f"{level.name.removesuffix(A_PLAN)}{A_PLAN}", "duration": 60.0 * sweep.minutes}
         overrides = {} if skills == "level" else {"skills": []}
         changes["robots"] = [{**robot.model_dump(mode="json"), **overrides} for robot in line_up(level, count)]
         cell = changes["cell"]
