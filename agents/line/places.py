@@ -81,8 +81,9 @@ class Improvement:
     def sentence(self) -> str:
         """The verdict."""
         points = [f"{100.0 * end:+.1f}" for end in (self.gain.value, self.gain.low, self.gain.high)]
+        where = "in the full physics" if self.config.finest == "full" else "by simulated flights"
         figures = (
-            f"in {self.shifts} shifts in the full physics the places found sort {percent(self.found)} and today's "
+            f"in {self.shifts} shifts {where} the places found sort {percent(self.found)} and today's "
             f"{percent(self.today)}, {points[0]} points ({points[1]}..{points[2]})"
         )
         return figures if self.gain.excludes_zero else f"no difference: {figures}"
@@ -250,7 +251,7 @@ def improve(
         what: what is placed; everything else stays.
         keep_out: rectangles in which no bin may stand, from the line's origin.
         tries: estimates of the search.
-        tell: called with the progress after each estimate.
+        tell: called with the progress after each estimate, and before each of the layouts works in the full physics.
         should_stop: whether the search shall end now; asked between estimates.
 
     Raises:
@@ -263,28 +264,29 @@ def improve(
         raise UsageError(f"there is nothing to place: level {config.name!r} has one robot, and its bins stay")
     search = Search(grounds, conditions, tries, tell, should_stop)
     layouts = [layout for layout in search.run(conditions.seed) if grounds.differences(layout)]
-    search.stage = "shifts in the full physics"
-    search.tell()
-    return _judged(grounds, layouts, replace(conditions, quiet=True), search.tried)
+    return _judged(search, layouts, replace(conditions, quiet=True))
 
 
-def _judged(grounds: Grounds, layouts: Sequence[Layout], conditions: Conditions, tried: int) -> Improvement:
-    """The best of some layouts, compared with today's layout in the full physics."""
-    count = max(conditions.check, 2)
-    today = estimate(grounds.config, conditions, SETTLED).planned
-    plans = [estimate(grounds.line(layout), conditions, SETTLED).planned for layout in layouts]
-    first, second = (replace(conditions, seed=conditions.seed + number) for number in (1, 2))
-    scores = [metrics.mean(simulate(plan, first, count)) for plan in plans]
-    place = int(np.argmax(scores)) if scores else None
-    plan = today if place is None else plans[place]
-    shares: list[Floats] = [simulate(one, second, 2 * count) for one in (today, plan)]
-    layout = grounds.today if place is None else layouts[place]
+def _judged(search: Search, layouts: Sequence[Layout], conditions: Conditions) -> Improvement:
+    """The best of the finalists of a search, compared with today's layout in the full physics."""
+    grounds, count = search.grounds, max(conditions.check, 2)
+
+    def work(layout: Layout, place: int, shifts: int) -> Floats:
+        search.stage = "shifts in the full physics"
+        search.tell()
+        plan = estimate(grounds.line(layout), conditions, SETTLED).planned
+        return simulate(plan, replace(conditions, seed=conditions.seed + place), shifts)
+
+    scores = [metrics.mean(work(layout, 1, count)) for layout in layouts]
+    layout = layouts[int(np.argmax(scores))] if scores else grounds.today
+    today = work(grounds.today, 2, 2 * count)
+    found = work(layout, 2, 2 * count) if scores else today
     return Improvement(
         config=grounds.line(layout),
         differences=grounds.differences(layout),
-        today=metrics.mean(shares[0]),
-        found=metrics.mean(shares[1]),
-        gain=metrics.difference(shares[1], shares[0]),
+        today=metrics.mean(today),
+        found=metrics.mean(found),
+        gain=metrics.difference(found, today),
         shifts=2 * count,
-        tried=tried,
+        tried=search.tried,
     )
