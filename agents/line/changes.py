@@ -12,11 +12,12 @@ import numpy as np
 from pnt_gym.cells.base.sorting import Bin
 from pnt_gym.cells.conveyor.robot import RobotSheet, sheet_names
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
-from pnt_gym.errors import ConfigError
+from pnt_gym.errors import ConfigError, PntGymError
 
 from ..ground import metrics
 from ..ground.metrics import Interval
-from .plans import Planned, line_up
+from .estimate import estimate
+from .plans import Conditions, Planned, line_up
 
 EVEN: Final = 20.0
 """Regularity of an even stream."""
@@ -74,10 +75,25 @@ def possible_changes(line: LineConfig, item: str) -> list[Change]:
     return changes
 
 
-def compare(line: Planned, changes: Sequence[Change], judge: Callable[[LineConfig], Planned]) -> list[Gain]:
-    """What changes of a judged line bring, the best first; `judge` judges lines as the line was judged."""
-    judged = [(change, judge(change.config)) for change in changes]
-    gains = [gain(change, changed, line) for change, changed in judged]
+def try_changes(
+    line: LineConfig,
+    changes: Sequence[Change],
+    conditions: Conditions,
+    release: str | None = None,
+    tell: Callable[[str], object] = lambda text: None,
+) -> list[Gain]:
+    """What changes of a line bring over the same shifts by flights, the best first; `tell` gets words for each change.
+
+    A changed line that cannot be judged is left out: no robot reaches a bin, or the engine gives up.
+    """
+    before, gains = estimate(line, conditions, conditions.throws, release=release), list[Gain]()
+    for number, change in enumerate(changes, 1):
+        tell(f"change {number} of {len(changes)}: {change.what} {change.to}".rstrip())
+        try:
+            changed = estimate(change.config, conditions, conditions.throws, before.table, release).planned
+        except PntGymError:
+            continue
+        gains.append(gain(change, changed, before.planned))
     return sorted(gains, key=lambda each: each.points.value, reverse=True)
 
 
@@ -159,18 +175,20 @@ def _lanes(line: LineConfig) -> Iterator[tuple[str, Differences]]:
     away = (1.0 - NARROWER) * (left - right)
     is_left = np.mean([bin_.y for bin_ in bins]) > (right + left) / 2.0
     lanes = (right + away, left) if is_left else (right, left - away)
-    yield f"lanes {1000 * away:.0f} mm narrower, near the bins", section_differences(line, "belt", lane_y=lanes)
+    yield f"lanes {1000 * away:.0f} mm narrower on the far side", section_differences(line, "belt", lane_y=lanes)
 
 
 def _paces(line: LineConfig) -> Iterator[tuple[str, Differences]]:
     """A slower belt with as many objects a minute, and lower or higher limits of the robots."""
     speed, percents = SLOWER * line.cell.belt.speed, line.cell.limits.percent
     yield f"a belt at {speed:.2f} m/s", section_differences(line, "belt", speed=speed)
-    for share, words in ((SLOWER, "lower"), (FASTER, "higher")):
+    for share in (SLOWER, FASTER):
         changed = tuple(dict.fromkeys(min(round(share * percent), 100) for percent in percents))
         if changed != percents:
-            text = ", ".join(f"{each:g}" for each in changed)
-            yield f"{words} limits, {text} %", section_differences(line, "limits", percent=changed)
+            yield (
+                f"limits of {' and '.join(f'{each:g}' for each in changed)} %",
+                section_differences(line, "limits", percent=changed),
+            )
 
 
 def _stream(line: LineConfig) -> Iterator[tuple[str, Differences]]:

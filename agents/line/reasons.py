@@ -128,6 +128,12 @@ def worst_items(plan: Planned, fate: str) -> list[int]:
     return worst[weight[worst] >= MAJOR * weight.sum()].tolist()
 
 
+def worst_item(plan: Planned) -> str:
+    """The item that loses the most objects by the largest loss; the first item where no object is lost."""
+    found = main_losses(plan)
+    return plan.config.cell.items[worst_items(plan, found[0][0])[0] if found else 0]
+
+
 def reason(plan: Planned, gains: Sequence[Gain]) -> str:
     """What keeps a plan from sorting more, the largest loss first, and what changes bring, in one sentence.
 
@@ -160,8 +166,8 @@ def _gains_text(gains: Sequence[Gain]) -> str:
     better = [gain for gain in gains if gain.points.low > 0.0][:BEST]
     alike = [gain.words for gain in gains if gain.points.low <= 0.0 <= gain.points.high][:BEST]
     texts = [f"{_points(gain)} with {gain.words}" for gain in better]
-    rises = f"; over the same shifts recovery rises by {', '.join(texts)}" if better else ""
-    same = f"; no difference with {', '.join(alike)}" if alike else ""
+    rises = f"; over the same shifts recovery rises by {', by '.join(texts)}" if better else ""
+    same = f"; no difference with {', with '.join(alike)}" if alike else ""
     return rises + same if better else f"; no change that was tried brings more{same}" if gains else ""
 
 
