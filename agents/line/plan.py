@@ -55,6 +55,8 @@ class Arguments:
     """Where throws are counted: in the full physics, or in flights, which take a second a plan and write no table."""
     check: int = 4
     """Shifts that the chosen plan works in the full physics as well, at least 2; 0 for none."""
+    mend: bool = True
+    """Try what could mend the chosen plan, one thing changed at a time, by flights."""
     seed: int = 0
     """Seed of the objects."""
     json: Annotated[Path | None, option("none", "FILE")] = None

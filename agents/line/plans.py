@@ -136,6 +136,8 @@ class Conditions:
     """Folder of such tables."""
     check: int = 4
     """Shifts that a chosen plan works in the full physics as well."""
+    mend: bool = True
+    """Whether changes are tried that could mend the chosen plan."""
     threads: int = 2
 
 

@@ -163,8 +163,11 @@ def _cause(plan: Planned, fate: str, share: float) -> str:
 
 def _gains_text(gains: Sequence[Gain]) -> str:
     """What changes of a plan bring, as the end of a sentence: the best ones, and those that make no difference."""
-    better = [gain for gain in gains if gain.points.low > 0.0][:BEST]
-    alike = [gain.words for gain in gains if gain.points.low <= 0.0 <= gain.points.high][:BEST]
+    # The best one of each kind, such as of all robots that were tried.
+    first = {gain.what: gain for gain in reversed(gains)}
+    kinds = [gain for gain in gains if first[gain.what] is gain]
+    better = [gain for gain in kinds if gain.points.low > 0.0][:BEST]
+    alike = [gain.words for gain in kinds if gain.points.low <= 0.0 <= gain.points.high][:BEST]
     texts = [f"{_points(gain)} with {gain.words}" for gain in better]
     rises = f"; over the same shifts recovery rises by {', by '.join(texts)}" if better else ""
     same = f"; no difference with {', with '.join(alike)}" if alike else ""

@@ -106,7 +106,7 @@ def plan_line(
         recovery: recovery to reach.
         release: controller that corrects the throws; None for the analytic one.
         options: robots, speeds, percents, skills, minutes, burst, down; controller, shifts, seed, throws, fidelity,
-            tables, check and threads, as the command takes them.
+            tables, check, mend and threads, as the command takes them.
 
     Raises:
         PntGymError: the level, a plan or an option is unknown or impossible.
@@ -157,7 +157,7 @@ def judge(
     used, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
     twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
     checked = plans.check(plan, conditions, release)
-    changes = possible_changes(plan.config, reasons.worst_item(plan))
+    changes = possible_changes(plan.config, reasons.worst_item(plan)) if conditions.mend else []
     gains = [
         *try_changes(plan.config, changes, conditions, release, tell),
         gain(Change("release", other, twin.config), twin, plan),
