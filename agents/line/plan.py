@@ -16,7 +16,7 @@ from ..ground import levels
 from ..ground.cli import option
 from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
 from ..ground.tables import console
-from . import reasons, verdict
+from . import reasons, sensitivity, verdict
 from .plan_picture import plan_picture
 
 
@@ -57,6 +57,8 @@ class Arguments:
     """Shifts that the chosen plan works in the full physics as well, at least 2; 0 for none."""
     mend: bool = True
     """Try what could mend the chosen plan, one thing changed at a time, by flights."""
+    sensitivity: bool = False
+    """Try each assumed number of the chosen plan at both ends of its plausible range, by flights: which one decides?"""
     seed: int = 0
     """Seed of the objects."""
     json: Annotated[Path | None, option("none", "FILE")] = None
@@ -84,6 +86,10 @@ def main(arguments: Arguments) -> None:
     console().print(reasons.table(title, judged.plans, arguments.recovery).terminal())
     for sentence in judged.verdict.sentences:
         console().print(sentence)
+    if arguments.sensitivity:
+        plan = judged.verdict.plan
+        title = f"assumed numbers of {reasons.plan_text(plan.row)}"
+        console().print(sensitivity.table(title, plan, judged.verdict.swings).terminal())
     if arguments.json is not None:
         deliver_json(arguments.json, judged.entries)
     if arguments.picture is not None:

@@ -138,6 +138,8 @@ class Conditions:
     """Shifts that a chosen plan works in the full physics as well."""
     mend: bool = True
     """Whether changes are tried that could mend the chosen plan."""
+    sensitivity: bool = False
+    """Whether each assumed number is tried at both ends of its range, on the chosen plan."""
     threads: int = 2
 
 

@@ -83,9 +83,9 @@ def choose(plans: Sequence[Planned], recovery: float) -> tuple[Planned, bool]:
 def answer(plan: Planned, is_enough: bool, recovery: float) -> str:
     """The smallest plan that reaches the recovery, or the best one, in one sentence."""
     if is_enough:
-        return f"the smallest plan with a recovery of {percent(recovery)}: {_plan(plan.row)}"
+        return f"the smallest plan with a recovery of {percent(recovery)}: {plan_text(plan.row)}"
     return (
-        f"no plan reaches a recovery of {percent(recovery)}; the best plan, {_plan(plan.row)}, reaches "
+        f"no plan reaches a recovery of {percent(recovery)}; the best plan, {plan_text(plan.row)}, reaches "
         f"{percent(plan.row['recovery'])}"
     )
 
@@ -103,7 +103,7 @@ def check_text(checked: dict[str, Any]) -> str:
     )
 
 
-def _plan(row: dict[str, Any]) -> str:
+def plan_text(row: dict[str, Any]) -> str:
     """A plan in words."""
     robots = "1 robot" if row["robots"] == 1 else f"{row['robots']} robots"
     return f"{robots} at {row['percent']:g} % and a belt at {row['belt_speed']:g} m/s"

@@ -266,8 +266,8 @@ def working_folder(tmp_path_factory):
 
 
 def test_it_says_which_plan_is_enough(working_folder):
-    line = "line plan --level skills3 --robots 1 3 --shifts 2 --minutes 0.2 --recovery 0.2 --throws 100 --check 0 --no-mend"
-    said = output_of(f"{line} --json plans.json", working_folder)
+    line = "line plan --level skills3 --robots 1 3 --shifts 2 --minutes 0.2 --recovery 0.2 --throws 100 --check 0"
+    said = output_of(f"{line} --no-mend --json plans.json", working_folder)
     plans = json.loads((working_folder / "plans.json").read_text())["plans"]
     assert [plan["robots"] for plan in plans] == [1, 3]
     assert plans[1]["recovery"] > plans[0]["recovery"] > 0.0
@@ -277,8 +277,8 @@ def test_it_says_which_plan_is_enough(working_folder):
 
 def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(working_folder):
     assert "unknown shipped policy 'shipped:nobody'" in refused("agents.line plan", "--release", "shipped:nobody")
-    line = "line plan --level skills3 --robots 3 --shifts 2 --minutes 0.1 --throws 100 --check 2 --no-mend --release random"
-    output_of(f"{line} --json plans.json", working_folder)
+    line = "line plan --level skills3 --robots 3 --shifts 2 --minutes 0.1 --throws 100 --check 2 --release random"
+    output_of(f"{line} --no-mend --json plans.json", working_folder)
     told = json.loads((working_folder / "plans.json").read_text())
     assert (told["release"], told["other_release"]["release"]) == ("random", "analytic")
 
