@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any, Final, TypeAlias
@@ -17,6 +17,7 @@ from pnt_gym.errors import ConfigError, PntGymError
 
 from ..ground import metrics
 from ..ground.metrics import Interval
+from ..ground.tables import throws_bar
 from .estimate import estimate
 from .plans import Conditions, Planned, line_up
 
@@ -83,18 +84,16 @@ def try_changes(
     changes: Sequence[Change],
     conditions: Conditions,
     release: str | None = None,
-    tell: Callable[[str], object] = lambda text: None,
 ) -> list[Gain]:
-    """What changes of a line bring over the same shifts by flights, the best first; `tell` gets words for each change.
+    """What changes of a line bring over the same shifts by flights, the best first.
 
     A changed line that cannot be judged is left out: no robot reaches a bin, or the engine gives up.
     """
     gains = list[Gain]()
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), throws_bar(quiet=conditions.quiet) as bar:
         warnings.simplefilter("ignore", UserWarning)  # what is out of reach after a change, its gain says
         before = estimate(line, conditions, conditions.throws, release=release)
-        for number, change in enumerate(changes, 1):
-            tell(f"change {number} of {len(changes)}: {change.what} {change.to}".rstrip())
+        for change in bar.track(changes, description="changes"):
             try:
                 changed = estimate(change.config, conditions, conditions.throws, before.table, release).planned
             except PntGymError:

@@ -16,7 +16,7 @@ from ..ground import levels
 from ..ground.cli import option
 from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
 from ..ground.tables import console
-from . import reasons, sensitivity, verdict
+from . import placing, reasons, sensitivity, verdict
 from .plan_picture import plan_picture
 
 
@@ -65,6 +65,15 @@ class Arguments:
     """Write all plans to this file."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
     """Draw the line to scale, the fates of objects and the energy of all plans, and where each item lands."""
+    place: Annotated[Literal["bins", "robots", "all"] | None, option("nothing", "bins|robots|all")] = None
+    """Search for better places of the level's bins, of its robots along the belt, or of both, and judge these places
+    in the full physics instead of a sweep."""
+    keep_out: Annotated[tuple[tuple[float, float, float, float], ...], option("none", "X0 X1 Y0 Y1 ...")] = ()
+    """Rectangles in which --place puts no bin, from the line's origin [m]."""
+    tries: int = 100
+    """Layouts that --place tries, at most."""
+    write: Annotated[Path | None, option("none", "FILE.yaml")] = None
+    """Write the level with the places found by --place to this file."""
     tables: Path = MADE_TABLES
     """Folder of the tables of chances that do not ship; other commands look for tables in the default folder."""
     threads: int = 2
@@ -75,6 +84,10 @@ def main(arguments: Arguments) -> None:
     """Judge every plan, and report the smallest one that reaches the recovery, and the reason."""
     # The table has a column for what is out of reach, for every plan.
     warnings.simplefilter("ignore", ReachWarning)
+    if arguments.place is not None:
+        placing.place(arguments.place, vars(arguments))
+        return
+    placing.check_absent(vars(arguments))
     sweep, conditions = verdict.read(vars(arguments), arguments.recovery)
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)

@@ -163,12 +163,12 @@ def judge(
     checked = plans.check(plan, conditions, release)
     changes = possible_changes(plan.config, reasons.worst_item(plan)) if conditions.mend else []
     gains = [
-        *try_changes(plan.config, changes, conditions, release, tell),
+        *try_changes(plan.config, changes, conditions, release),
         gain(Change("release", other, twin.config), twin, plan),
     ]
     gains.sort(key=lambda each: each.points.value, reverse=True)
     ends = sensitivity.assumptions(plan.config) if conditions.sensitivity else []
-    swings = sensitivity.widest_first(try_changes(plan.config, ends, conditions, release, tell)) if ends else []
+    swings = sensitivity.widest_first(try_changes(plan.config, ends, conditions, release)) if ends else []
     sentences = (
         answer(plan, is_enough, recovery),
         *([] if checked is None else [check_text(checked)]),
