@@ -48,7 +48,14 @@ def test_a_search_comes_near_the_best_places(searched):
     assert 60 < search.tried <= 120
     assert [search.grounds.violation(layout) for layout in found] == [0.0] * 3
     assert [told[0].tried, told[-1].tried] == [1, search.tried]
-    assert {one.stage for one in told} == {"bins nearer to the belt", "bins exchanged", "search", "settled estimates"}
+    assert {one.stage for one in told} == {
+        "bins nearer to the belt",
+        "bins exchanged",
+        "again with 256 flights",
+        "search",
+        "again with 512 flights",
+        "settled estimates",
+    }
     assert all(one.today <= one.best for one in told)
     again = make(120)
     assert np.array_equal(again.run(0)[0].bins, found[0].bins)
@@ -80,12 +87,12 @@ def test_layouts_that_are_no_line_cost_no_estimate_and_never_end_a_search(monkey
 
 def test_an_improvement_is_judged_in_the_full_physics(monkeypatch):
     monkeypatch.setattr("agents.line.places.SETTLED", 32)
-    monkeypatch.setattr("agents.line.places.GROWTH", ((1.0, 32),))
+    monkeypatch.setattr("agents.line.places.FLIGHTS", (32, 48, 64))
     told = []
     conditions = Conditions(shifts=2, check=2, threads=1)
     line = LineConfig.load("single", duration=5.0)
-    found = improve(line, conditions, "bins", tries=2, tell=told.append)
-    assert found.tried == 2
+    found = improve(line, conditions, "bins", tries=6, tell=told.append)
+    assert found.tried == 6
     assert found.shifts == 4
     assert found.gain.value == pytest.approx(found.found - found.today)
     assert found.gain.low <= found.gain.value <= found.gain.high
