@@ -229,6 +229,7 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
         "recovery_counts": spread,
         "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
         "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
+        **_pace(shifts, spread),
         "value_per_min": value.value,
         "value_per_min_low": value.low,
         "value_per_min_high": value.high,
@@ -240,6 +241,18 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
         "money_per_hour": money_per_hour(shifts, line, counted),
     }
     return Planned(line, counted, {**numbers, **figures}, shares)
+
+
+def _pace(shifts: Shifts, spread: float) -> dict[str, float]:
+    """Sorted objects a minute with their interval, which holds the spread of a recovery by the table's counts."""
+    pace = metrics.interval(shifts.figures["shift_sorted_per_min"])
+    shares = shifts.figures["shift_recovery"].astype(np.float64)
+    wide = spread * pace.value / max(float(np.nanmean(shares)), 1e-9)
+    return {
+        "sorted_per_min": pace.value,
+        "sorted_per_min_low": pace.value - float(np.hypot(pace.value - pace.low, wide)),
+        "sorted_per_min_high": pace.value + float(np.hypot(pace.high - pace.value, wide)),
+    }
 
 
 def work(line: LineConfig, conditions: Conditions) -> Shifts:
