@@ -57,7 +57,7 @@ def place(what: What, options: Mapping[str, Any]) -> None:
             raise UsageError(f"--keep-out is {x0:g} {x1:g} {y0:g} {y1:g}; it must be X0 X1 Y0 Y1 with X0 < X1, Y0 < Y1")
     check_ending("write", options["write"], (".yaml", ".yml"))
     check_writable(options["json"], options["write"])
-    sweep, conditions = verdict.read(options, options["recovery"])
+    sweep, conditions = verdict.read(options)
     level = verdict.load(options["level"], None)
     levels.show(level)
     count = len(level.robots)

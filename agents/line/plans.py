@@ -12,7 +12,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.line.config import MADE_TABLES, MOST_ROBOTS, LineConfig
+from pnt_gym.cells.line.config import MADE_TABLES, LineConfig
 from pnt_gym.cells.line.sections import Down, Robot
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import unknown_name
@@ -136,6 +136,10 @@ class Conditions:
     """Folder of such tables."""
     check: int = 4
     """Shifts that a chosen plan works in the full physics as well."""
+    mend: bool = True
+    """Whether changes are tried that could mend the chosen plan."""
+    sensitivity: bool = False
+    """Whether each assumed number is tried at both ends of its range, on the chosen plan."""
     threads: int = 2
     quiet: bool = False
     """Whether shifts show no progress."""
@@ -168,13 +172,6 @@ class Planned:
     def numbers(self) -> dict[str, Any]:
         """What tells this plan from others of the same level."""
         return {name: self.row[name] for name in ("robots", "belt_speed", "percent", "skills")}
-
-    @property
-    def bound(self) -> float:
-        """Recovery if every object were picked, and thrown as well as those of its item that were."""
-        arrived = np.array(self.row["arrived"])
-        good = np.array([1.0 - self.thrown_badly(item) for item in range(len(arrived))])
-        return float(arrived @ good / arrived.sum())
 
 
 def judge(
@@ -232,6 +229,7 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
         "recovery_counts": spread,
         "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
         "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
+        **_pace(shifts, spread),
         "value_per_min": value.value,
         "value_per_min_low": value.low,
         "value_per_min_high": value.high,
@@ -245,6 +243,18 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
     return Planned(line, counted, {**numbers, **figures}, shares)
 
 
+def _pace(shifts: Shifts, spread: float) -> dict[str, float]:
+    """Sorted objects a minute with their interval, which holds the spread of a recovery by the table's counts."""
+    pace = metrics.interval(shifts.figures["shift_sorted_per_min"])
+    shares = shifts.figures["shift_recovery"].astype(np.float64)
+    wide = spread * pace.value / max(float(np.nanmean(shares)), 1e-9)
+    return {
+        "sorted_per_min": pace.value,
+        "sorted_per_min_low": pace.value - float(np.hypot(pace.value - pace.low, wide)),
+        "sorted_per_min_high": pace.value + float(np.hypot(pace.high - pace.value, wide)),
+    }
+
+
 def work(line: LineConfig, conditions: Conditions) -> Shifts:
     """The shifts of a line with throws by its table."""
     bars = throws_bar(quiet=conditions.quiet)
@@ -255,24 +265,6 @@ def work(line: LineConfig, conditions: Conditions) -> Shifts:
         seed = stream_seed("evaluate", conditions.seed)
         env.reset(seed=seed)
         return run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
-
-
-def try_changes(plan: Planned, conditions: Conditions) -> dict[str, float]:
-    """Recovery of a plan with one thing changed, by the plan's own table, by words for the change."""
-    line, rate = plan.config, plan.config.arrivals.rate
-    robots = [robot.model_dump(mode="json") for robot in line.robots]
-    changes: dict[str, dict[str, Any]] = {}
-    if len(robots) < MOST_ROBOTS:
-        more = line_up(line, len(robots) + 1)
-        changes["one more robot"] = {"robots": [robot.model_dump(mode="json") for robot in more]}
-    if any(robot["skills"] for robot in robots):
-        changes["all skills for every robot"] = {"robots": [{**robot, "skills": []} for robot in robots]}
-    changes["half as many objects"] = {"arrivals": {**line.arrivals.model_dump(mode="json"), "rate": rate / 2.0}}
-    recovery: dict[str, float] = {}
-    for words, change in changes.items():
-        shifts = work(LineConfig.load(line, **change), conditions)
-        recovery[words] = metrics.mean(shifts.figures["shift_recovery"])
-    return recovery
 
 
 def simulate(plan: Planned, conditions: Conditions, count: int, release: str | None = None) -> Floats:
