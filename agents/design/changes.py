@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, Final
 
 from pnt_gym.cells.conveyor.robot import RobotSheet, read_sheet
@@ -112,14 +112,18 @@ def set_limits(line: LineConfig, percent: float) -> LineConfig:
     return _cell(line, "limits", percent=[percent])
 
 
-def set_mix(line: LineConfig, shares: Mapping[str, float]) -> LineConfig:
-    """The line with other shares of some items among the objects; the others keep their shares."""
-    now = dict(zip(line.cell.items, (100.0 * line.cell.shares()).round(3).tolist(), strict=True))
-    mix = {item: share for item, share in {**(line.cell.mix or now), **shares}.items() if share != 0.0}
-    if not mix:
-        raise ConfigError("the shares of all items are 0; at least one kind of object must come")
+def set_share(line: LineConfig, item: str, percent: float) -> LineConfig:
+    """The line with another share of an item among the objects [%]; the others keep their shares of the rest."""
+    now = dict(zip(line.cell.items, line.cell.shares().tolist(), strict=True))
+    rest = sum(share for name, share in now.items() if name != item)
+    if not 0.0 <= percent < 100.0 or rest == 0.0:
+        raise ConfigError(
+            f"the share of {item} is {percent:g} %; it must be at least 0 % and below 100 %, and other items must come"
+        )
+    now[item] = rest * percent / (100.0 - percent)
+    mix = {name: round(share, DIGITS + 3) for name, share in now.items()}
     cell = line.cell.model_dump(mode="json", exclude_unset=True)
-    return LineConfig.load(line, cell={**cell, "mix": mix})
+    return LineConfig.load(line, cell={**cell, "mix": {name: share for name, share in mix.items() if share > 0.0}})
 
 
 def set_rate(line: LineConfig, per_minute: float) -> LineConfig:

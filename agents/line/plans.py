@@ -190,7 +190,7 @@ def judge(
         config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads, chooser
     )
     shifts = work(line, conditions)
-    recovery, value = metrics.interval(shifts.figures["shift_recovery"]), metrics.interval(shifts.value)
+    recovery = metrics.interval(shifts.figures["shift_recovery"])
     fates = Fates.of(shifts, line, counted)
     # A shipped table is larger than the one whose throws say what became of them.
     spread = 0.0 if counted is None or line.chances is None else table_spread(shifts, fates, counted)
@@ -200,9 +200,9 @@ def judge(
         "recovery_counts": spread,
         "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
         "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
-        "value_per_min": value.value,
-        "value_per_min_low": value.low,
-        "value_per_min_high": value.high,
+        **with_interval("value_per_min", shifts.value),
+        **with_interval("sorted_per_min", shifts.figures["shift_sorted_per_min"]),
+        **with_interval("purity", shifts.figures["shift_purity"]),
         "utilisation": shifts.figures["shift_utilisation"].mean(axis=0).tolist(),
         "fates": fates.shares(),
         "fates_by_item": {item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item},
@@ -212,6 +212,12 @@ def judge(
     }
     row = {**numbers, "chances_by": chooser or "random", **figures}
     return Planned(line, counted, row, shifts.figures["shift_recovery"].astype(np.float64))
+
+
+def with_interval(name: str, values: Floats) -> dict[str, float]:
+    """A figure's mean over shifts and its interval, by names; shifts that have no such figure are left out."""
+    interval = metrics.interval(values[np.isfinite(values)])
+    return {name: interval.value, f"{name}_low": interval.low, f"{name}_high": interval.high}
 
 
 def work(line: LineConfig, conditions: Conditions) -> Shifts:

@@ -1,0 +1,136 @@
+"""The page: one server, one session, and threads that compute, paint and play."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import socket
+from collections.abc import Callable
+from functools import partial
+from time import monotonic, sleep
+from typing import Any, Final, final
+
+import viser
+from viser import _messages
+
+from pnt_gym.cells.line.config import LineConfig
+
+from . import films, level_files
+from .changes import Change
+from .gate import guarded
+from .panel import Panel
+from .scene import BeltScene
+from .session import Session, State
+from .worker import Worker
+
+TITLE: Final = "pnt-gym design"
+WIDTH: Final = 360
+"""Width of the panel [pixels]."""
+SHOWN: Final = 12.0
+"""Time of a shift that is played [s]."""
+
+
+@final
+class Page:
+    """A page that serves one design to all of its browsers.
+
+    Args:
+        line: the first design.
+        front: listening socket.
+        token: secret that browsers need.
+
+    Raises:
+        UsageError: this version of viser serves otherwise.
+    """
+
+    def __init__(self, line: LineConfig, front: socket.socket, token: str) -> None:
+        self._painter, self._player = Worker(), Worker()
+        self._is_ready = False
+        self.session = Session(line, self._tell)
+        # viser prints addresses without the token.
+        with guarded(front, token), contextlib.redirect_stdout(io.StringIO()):
+            self.server = viser.ViserServer(*front.getsockname()[:2], label=TITLE, verbose=False)
+        for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+            self.server._websock_server._incoming_handlers.pop(message)  # no tunnel to another host
+        gui = self.server.gui
+        gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(44, 92, 150))
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(WIDTH)
+        self._scene = BeltScene(self.server, self._drag)
+        self._panel = Panel(self.server, self.session)
+        with self._panel.buttons:
+            self._add_views()
+        with self._panel.files:
+            self._add_files()
+        self._is_ready = True
+        self._tell(self.session.state)
+
+    def close(self) -> None:
+        """End the page and its threads; safe to call twice."""
+        for worker in (self._player, self._painter):
+            worker.close()
+        self.session.close()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.server.stop()
+
+    def _tell(self, state: State) -> None:
+        """Paint the newest state soon."""
+        del state
+        if self._is_ready:
+            self._painter.ask(self._paint)
+
+    def _paint(self, is_stale: Callable[[], bool]) -> None:
+        del is_stale
+        state = self.session.state
+        self._scene.draw(state.line)
+        self._scene.landings(state.answer if state.is_current else None)
+        self._panel.show(state)
+
+    def _drag(self, change: Change) -> None:
+        self.session.change(change)
+
+    def _button(self, label: str, act: Callable[[Any], object], hint: str | None = None) -> Any:
+        button = self.server.gui.add_button(label, hint=hint)
+        button.on_click(lambda event: act(event) and None)
+        return button
+
+    def _add_views(self) -> None:
+        """Add the buttons of views, of the film and of undoing."""
+        gui = self.server.gui
+        views = gui.add_button_group("view", ("3D", "from above", "play 12 s"))
+        views.on_click(self._view)
+        steps = gui.add_button_group("change", ("undo", "redo", "keep"), hint="keep: compare with this design from now on")
+        steps.on_click(self._step)
+
+    def _view(self, event: Any) -> None:
+        if event.target.value == "play 12 s":
+            self._player.ask(self._play)
+        elif event.client is not None:
+            self._scene.look(self.session.state.line, event.client.camera, event.target.value == "from above")
+
+    def _step(self, event: Any) -> None:
+        {"undo": self.session.undo, "redo": self.session.redo, "keep": self.session.keep}[event.target.value]()
+
+    def _add_files(self) -> None:
+        """Add the buttons of files."""
+        gui = self.server.gui
+        self._button("save as YAML", self._save, "a level file for `pnt-gym line plan --level FILE.yaml`")
+        upload = gui.add_upload_button("open YAML", mime_type=".yaml,.yml")
+        upload.on_upload(lambda event: self._open(event.target.value))
+
+    def _save(self, event: Any) -> None:
+        line = self.session.state.line
+        event.client.send_file_download(f"{line.name}.yaml", level_files.text_of_line(line).encode(), save_immediately=True)
+
+    def _open(self, file: Any) -> None:
+        self.session.open(partial(level_files.line_of_file, file.content, file.name))
+
+    def _play(self, is_stale: Callable[[], bool]) -> None:
+        """Play the begin of a shift of the design, until the design changes."""
+        state, begin = self.session.state, monotonic()
+        for number, moment in enumerate(films.play(state.line, SHOWN)):
+            if is_stale() or self.session.state.number != state.number:
+                break
+            self._scene.show(moment)
+            sleep(max(begin + number / films.RATE - monotonic(), 0.0))
+        self._scene.rest()
