@@ -63,7 +63,9 @@ def panel(state: State) -> str:
     """What stands at the top of the page's panel."""
     refusal = f'<div class="bad">{escape(state.refusal)}</div>' if state.refusal else ""
     if state.answer is None:
-        return page_part(f'<div class="top"><span class="big">...</span> <small>{escape(state.doing)}</small></div>{refusal}')
+        return page_part(
+            f'<div class="top"><span class="big">...</span> <small>{escape(state.doing)}</small></div>{refusal}'
+        )
     parts = [top(state.answer, state), refusal]
     if state.gain is not None:
         parts.append(f'<div class="gain">Against the kept design: {escape(state.gain.text)}</div>')
@@ -81,9 +83,11 @@ def top(answer: Answer, state: State | None = None) -> str:
     is_settled = answer.is_settled and (state is None or state.is_current)
     mark = "settled" if is_settled else "provisional" if state is None or state.is_current else "of the design before"
     chip = f'<span class="chip{" ok" if is_settled else ""}">{mark}</span>'
-    head = f'<div class="top"><span class="big">{first.value}</span><small>recovery<br>{first.interval}</small>{chip}</div>'
+    small = f"<small>recovery<br>{first.interval}</small>"
+    head = f'<div class="top"><span class="big">{first.value}</span>{small}{chip}</div>'
     cells = [
-        f"<div><small>{figure.name}</small><b>{figure.value}</b><small>{figure.interval}</small></div>" for figure in others
+        f"<div><small>{figure.name}</small><b>{figure.value}</b><small>{figure.interval}</small></div>"
+        for figure in others
     ]
     return f'{head}<div class="grid">{"".join(cells)}</div>{fates(answer)}{robots(answer)}'
 

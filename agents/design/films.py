@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Final, Self, final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pnt_gym.arrays import Bools, Floats, Ints
@@ -68,7 +67,9 @@ class Solids:
                 half = half[:, [0, 0, 1]]
             elif shape == "ball":  # a sphere has one radius
                 half = np.where((half[:, 1:2] > 0.0) & (half[:, 2:3] > 0.0), half, half[:, :1])
-            wxyz = Rotation.from_matrix(frame[rows].reshape(-1, 3, 3)).as_quat(scalar_first=True) if rows.any() else None
+            wxyz = (
+                Rotation.from_matrix(frame[rows].reshape(-1, 3, 3)).as_quat(scalar_first=True) if rows.any() else None
+            )
             groups[shape] = cls(position[rows], np.zeros((0, 4)) if wxyz is None else wxyz, half, rgba[rows])
         return groups
 

@@ -13,6 +13,7 @@ from pnt_gym.reading import ReadError, parsed_yaml, yaml_text
 LARGEST: Final = 2**20
 """Largest file of a line [byte]."""
 WIDTH: Final = 120
+HEAD: Final = "# Designed with `pnt-gym design`; judged with `pnt-gym line plan --level {}.yaml`.\n"
 _FILES: Final = ("base", "chances")
 """Keys of a level that may name a file."""
 
@@ -24,8 +25,7 @@ def text_of_line(line: LineConfig) -> str:
         ConfigError: the text would be another line.
     """
     level = {"name": line.name, "base": "nominal", **line.model_dump(mode="json", exclude_unset=True)}
-    head = f"# A sorting line, designed with `pnt-gym design`; judge it with `pnt-gym line plan --level {line.name}.yaml`.\n"
-    text = head + yaml_text(level, width=WIDTH, default_flow_style=None)
+    text = HEAD.format(line.name) + yaml_text(level, width=WIDTH, default_flow_style=None)
     if line_of_text(text, line.name) != line:
         raise ConfigError(f"line {line.name!r} cannot be written as a level file: read again it is another line")
     return text

@@ -99,7 +99,9 @@ class Page:
         gui = self.server.gui
         views = gui.add_button_group("view", ("3D", "from above", "play 12 s"))
         views.on_click(self._view)
-        steps = gui.add_button_group("change", ("undo", "redo", "keep"), hint="keep: compare with this design from now on")
+        steps = gui.add_button_group(
+            "change", ("undo", "redo", "keep"), hint="keep: compare with this design from now on"
+        )
         steps.on_click(self._step)
 
     def _view(self, event: Any) -> None:
@@ -120,7 +122,9 @@ class Page:
 
     def _save(self, event: Any) -> None:
         line = self.session.state.line
-        event.client.send_file_download(f"{line.name}.yaml", level_files.text_of_line(line).encode(), save_immediately=True)
+        event.client.send_file_download(
+            f"{line.name}.yaml", level_files.text_of_line(line).encode(), save_immediately=True
+        )
 
     def _open(self, file: Any) -> None:
         self.session.open(partial(level_files.line_of_file, file.content, file.name))

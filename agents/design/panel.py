@@ -89,13 +89,20 @@ class Panel:
         rate = gui.add_slider("infeed [objects/min]", 5.0, 480.0, 1.0, _rate(line))
         self._input(rate, _rate, _set(changes.set_rate, "per_minute"))
         limits = gui.add_slider(
-            "speed limits [%]", 5.0, 100.0, 1.0, _percent(line), hint="share of each robot's limits of speed, acceleration and jerk"
+            "speed limits [%]",
+            5.0,
+            100.0,
+            1.0,
+            _percent(line),
+            hint="share of each robot's limits of speed, acceleration and jerk",
         )
         self._input(limits, _percent, _set(changes.set_limits, "percent"))
 
     def _rebuild(self, line: LineConfig) -> None:
         """Add the inputs of robots, bins and items anew, where there are others."""
-        owners = [(owner, [bin_["name"] for bin_ in changes.fixed_bins(line, owner)]) for owner in changes.bin_owners(line)]
+        owners = [
+            (owner, [bin_["name"] for bin_ in changes.fixed_bins(line, owner)]) for owner in changes.bin_owners(line)
+        ]
         structure = [robot.name for robot in line.robots], owners, line.cell.items
         if structure == self._structure:
             return
@@ -159,7 +166,9 @@ class Panel:
         self._tried, self._worth.visible = tried, bool(tried)
         with self._worth:
             for each in tried:
-                button = self._gui.add_button(f"{each.words}: {100.0 * each.gain.value:+.1f} points", hint=each.gain.text)
+                button = self._gui.add_button(
+                    f"{each.words}: {100.0 * each.gain.value:+.1f} points", hint=each.gain.text
+                )
                 button.on_click(partial(self._take, each))
                 self._offers.append(button)
 

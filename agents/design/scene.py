@@ -22,7 +22,7 @@ from .shapes import mesh, outlines
 
 FLOOR: Final = (236, 238, 241)
 REACH: Final = (76, 114, 176)
-SHARES: Final = np.array([[214, 39, 40], [244, 182, 182], [126, 196, 140]], dtype=np.uint8)
+SHARES: Final = np.array([[214, 39, 40], [244, 182, 182], [84, 190, 110]], dtype=np.uint8)
 """Colours of places from which no bin, not every bin, and every bin is reached."""
 LIFT: Final = 0.004
 """Height of the reach map over the belt [m]."""
@@ -145,7 +145,7 @@ class BeltScene:
         """Turn a camera to the whole line, from the side of the bins or from above."""
         low, high = belt_extent(line)
         target = np.array([(low + high) / 2.0, 0.02, line.cell.belt.height])
-        away = max(2.6, 0.86 * (high - low))
+        away = max(2.4, 0.7 * (high - low))
         way = np.array([0.0, -0.02, 1.0]) if from_above else np.array([-0.12, 0.74, 0.62])
         camera.position = target + 1.1 * away * way / np.linalg.norm(way)
         camera.look_at = target
@@ -159,7 +159,7 @@ class BeltScene:
             return
         points, colours = landing_cloud(self._shown, answer)
         self._scene.add_point_cloud(
-            "/landings", points.astype(np.float32), colours, point_size=0.012, point_shape="circle"
+            "/landings", points.astype(np.float32), colours, point_size=0.02, point_shape="circle"
         )
 
     def _draw_layers(self, name: str, solids: Mapping[str, Solids]) -> None:
@@ -173,7 +173,7 @@ class BeltScene:
         low, high = belt_extent(line)
         height = line.cell.belt.height - LOW
         place = ((low + high) / 2.0, 0.0, height)
-        self._scene.add_box("/floor", FLOOR, (high - low + 4.0, 5.0, 0.01), position=place, cast_shadow=False)
+        self._scene.add_box("/floor", FLOOR, (high - low + 1.0, 2.6, 0.01), position=place, cast_shadow=False)
 
     def _draw_reach(self, line: LineConfig, still: Still) -> None:
         """Colour the windows by the share of bins that are reached from there, and draw the reach of the hands."""
@@ -189,7 +189,7 @@ class BeltScene:
             tiles.append(np.column_stack([places, np.full(len(places), height)]))
             colours.append(SHARES[np.where(count == 0, 0, np.where(count < len(reached), 1, 2))])
         position = np.concatenate([np.zeros((0, 3)), *tiles]) - [still.origin, 0.0, 0.0]
-        rgba = np.column_stack([np.concatenate([np.zeros((0, 3)), *colours]) / 255.0, np.full(len(position), 0.45)])
+        rgba = np.column_stack([np.concatenate([np.zeros((0, 3)), *colours]) / 255.0, np.full(len(position), 0.6)])
         half = np.tile([*(0.48 * size), 0.001], (len(position), 1))
         wxyz = np.tile([1.0, 0.0, 0.0, 0.0], (len(position), 1))
         self._draw_layers("reach", {"box": Solids(position, wxyz, half, rgba)})
@@ -219,7 +219,7 @@ class BeltScene:
         """Put a handle at each robot, and at each bin that differs from those of other robots."""
         wanted = dict[str, tuple[Floats, tuple[bool, bool, bool], Callable[[Floats], Change]]]()
         for index, robot in enumerate(line.robots):
-            place = np.array([robot.x, line.cell.belt.y[0] - 0.25, line.cell.belt.height + 0.05])
+            place = np.array([robot.x, 0.3, ABOVE])
             wanted[f"/robot_{index}"] = place, (True, False, False), _robot_mover(index)
         for owner in changes.bin_owners(line):
             x = line.robots[owner].x
@@ -234,7 +234,9 @@ class BeltScene:
                 continue
             self._handles[name] = self._handle(name, place, axes, mover), place
 
-    def _handle(self, name: str, place: Floats, axes: tuple[bool, bool, bool], mover: Callable[[Floats], Change]) -> Any:
+    def _handle(
+        self, name: str, place: Floats, axes: tuple[bool, bool, bool], mover: Callable[[Floats], Change]
+    ) -> Any:
         handle = self._scene.add_transform_controls(
             name,
             scale=GRIP,
