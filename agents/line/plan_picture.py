@@ -112,7 +112,7 @@ def arriving(cell: LineCell, robot: int) -> dict[int, tuple[Floats, Bools]]:
 
 WIDTH: Final = 6.4
 """Width of the picture, at which its words are read on a narrow screen too [in]."""
-FATE_COLOURS: Final = ("#55a868", "#8172b3", "#c44e52", "#dd8452", "#ccb974", "#b0b0b0")
+FATE_COLOURS: Final = ("#55a868", "#8172b3", "#c44e52", "#dd8452", "#ccb974", "#b0b0b0", "#555555")
 """Colours of the fates, in their order."""
 ROW: Final = 0.3
 """Height of a plan's bar [in]."""

@@ -15,6 +15,9 @@ MAJOR: Final = 0.25
 THROWN: Final = ("misplaced", "missed", "lost")
 """Fates of objects that were thrown in vain."""
 
+ENDED: Final = ("unsealed", "passed", "out_of_reach")
+"""Fates of objects that passed the end of the belt."""
+
 
 def table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
     """Table of all plans, with the causes for which objects were not sorted.
@@ -22,7 +25,7 @@ def table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
     What is the same in all plans stands in the title, because a terminal has room for about twelve columns.
     """
     header = ["robots", "skills", "belt", "limits", "recovery", "value/min", "at work"]
-    header += ["missed", "unsealed", "not tried", "worst item", "J each", "money/h", "enough"]
+    header += ["missed", "unsealed", "not tried", "out of reach", "worst item", "J each", "money/h", "enough"]
     rows = [_row(plan, recovery) for plan in plans]
     # Money that no level names would only take room.
     idle = {"money/h"} if all(plan.row["money_per_hour"] is None for plan in plans) else set[str]()
@@ -47,7 +50,7 @@ def _row(plan: Planned, recovery: float) -> list[str]:
         f"{100 * row['recovery']:.1f} ({100 * row['recovery_low']:.1f}..{100 * row['recovery_high']:.1f})",
         f"{row['value_per_min']:.1f}",
         " ".join(f"{100 * share:.0f}" for share in row["utilisation"]),
-        *(f"{100 * share:.1f}" for share in (sum(fates[n] for n in THROWN), fates["unsealed"], fates["passed"])),
+        *(f"{100 * share:.1f}" for share in (sum(fates[n] for n in THROWN), *(fates[n] for n in ENDED))),
         f"{worst} {100 * row['fates_by_item'][worst]['sorted']:.1f}",
         "-" if energy is None else f"{energy:.1f}",
         "-" if money is None else f"{money:.2f}",

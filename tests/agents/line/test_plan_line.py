@@ -100,12 +100,12 @@ def planned(recovery, *items, robots=3, work=(0.95, 0.5, 0.5), **numbers):
     return Planned(config, None, row, np.full(16, recovery))
 
 
-WELL = (97, 0, 1, 0, 1, 1)
+WELL = (97, 0, 1, 0, 1, 1, 0)
 
 
 def test_a_light_item_that_every_throw_misses_is_the_reason():
-    plan = planned(0.75, WELL, WELL, (3, 0, 94, 0, 1, 2))
-    twin = planned(0.93, WELL, WELL, (94, 0, 3, 0, 1, 2))
+    plan = planned(0.75, WELL, WELL, (3, 0, 94, 0, 1, 2, 0))
+    twin = planned(0.93, WELL, WELL, (94, 0, 3, 0, 1, 2, 0))
     assert plan.thrown_badly(2) == pytest.approx(94 / 97)
     assert plan.bound == pytest.approx(0.8 * 97 / 98 + 0.2 * 3 / 97)
     text = reason(plan, 0.95, "analytic", ("learned", twin), {})
@@ -117,16 +117,16 @@ def test_a_light_item_that_every_throw_misses_is_the_reason():
 
 
 def test_throws_are_named_only_as_far_as_they_matter():
-    plan = planned(0.8, (60, 0, 0, 38, 1, 1), WELL, (20, 0, 77, 0, 1, 2))
+    plan = planned(0.8, (60, 0, 0, 38, 1, 1, 0), WELL, (20, 0, 77, 0, 1, 2, 0))
     text = reason(plan, 0.95, "analytic", ("learned", plan), {})
     assert "alu is thrown and misses (79.4 %) and hdpe is thrown and is lost on the way (38.8 %), so more" in text
-    good_enough = planned(0.9, (90, 0, 6, 0, 2, 2), WELL, WELL)
+    good_enough = planned(0.9, (90, 0, 6, 0, 2, 2, 0), WELL, WELL)
     text = reason(good_enough, 0.91, "analytic", ("learned", good_enough), {})
     assert "hdpe is thrown and misses (6.2 %), so better throws help more than more robots:" in text
 
 
 def test_objects_that_nobody_tries_are_the_reason():
-    plan = planned(0.7, WELL, (50, 0, 1, 0, 2, 47), WELL, work=(0.97, 0.96, 0.4))
+    plan = planned(0.7, WELL, (50, 0, 1, 0, 2, 47, 0), WELL, work=(0.97, 0.96, 0.4))
     changes = {"one more robot": 0.8, "half as many objects": 0.93}
     assert reason(plan, 0.95, "analytic", ("learned", plan), changes) == (
         "the reason: 47.0 % of brick pass the end, not tried; taken by first, second, at work 97.0 %, 96.0 %; by the "
@@ -152,7 +152,7 @@ def test_a_plan_is_tried_with_one_thing_changed(monkeypatch):
 
 
 def test_cups_that_do_not_seal_are_the_reason():
-    plan = planned(0.8, WELL, (60, 0, 1, 0, 30, 9), WELL, work=(0.5, 0.6, 0.4))
+    plan = planned(0.8, WELL, (60, 0, 1, 0, 30, 9, 0), WELL, work=(0.5, 0.6, 0.4))
     text = reason(plan, 0.95, "analytic", ("learned", plan), {})
     assert text.startswith("the reason: 30.0 % of brick pass the end after picks in which")
 
@@ -168,7 +168,7 @@ def test_the_chosen_plan_is_judged_by_its_own_throws_until_it_stays_the_chosen_o
 
 
 def test_the_table_names_causes_and_the_worst_item():
-    plans = [planned(0.97, WELL, WELL, WELL, robots=4), planned(0.7, WELL, (50, 0, 1, 0, 2, 47), WELL)]
+    plans = [planned(0.97, WELL, WELL, WELL, robots=4), planned(0.7, WELL, (50, 0, 1, 0, 2, 47, 0), WELL)]
     assert reasons.choose(plans, 0.9) == (plans[0], True)
     assert reasons.choose(plans, 0.99) == (plans[0], False)
     table = reasons.table("x", plans, 0.9)
@@ -192,7 +192,7 @@ def test_the_full_physics_is_said_to_agree_or_not():
 def test_few_counted_throws_make_wide_intervals_by_hand():
     # Of 100 objects 50 picks are of the first item, of which 40 sealed and 20 ended in their bin; all 20 of the second
     # did. 25 sealed picks behind the table are 31.25 picks: 0.5^2 x 0.4 x 0.6 / 31.25 is the whole variance.
-    counts = np.array([[[20.0, 5.0, 10.0, 5.0, 10.0, 30.0], [20.0, 0.0, 0.0, 0.0, 0.0, 0.0]]])
+    counts = np.array([[[20.0, 5.0, 10.0, 5.0, 10.0, 30.0, 0.0], [20.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]]])
     nothing = np.zeros(2, dtype=np.int64)
     counted = Counted(
         np.array([25, 9]), nothing, nothing, nothing, np.ones(1), np.ones((2, 1)), (np.zeros((0, 2)),) * 2
