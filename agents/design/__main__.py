@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import warnings
 import webbrowser
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
@@ -53,6 +54,7 @@ def main(arguments: Arguments) -> None:
         from .gate import new_token  # noqa: PLC0415 - viser's libraries are there now
         from .page import Page  # noqa: PLC0415 - takes a second
 
+        warnings.simplefilter("ignore", UserWarning)  # what is out of reach, the page itself shows
         token = new_token()
         ends.enter_context(closing(Page(line, front, token)))
         address = f"{page_url(front).replace('localhost', LOOPBACK)}?token={token}"

@@ -8,11 +8,10 @@ from html import escape
 from typing import Any, Final, final
 
 from ..judging.losses import FATES, WORDS
+from ..line.plan_picture import FATE_COLOURS
 from .answers import Answer
 from .session import State
 
-COLOURS: Final = ("#3f9b5f", "#8172b3", "#c44e52", "#dd8452", "#ccb974", "#b0b4ba")
-"""Colours of the fates, in their order."""
 STYLE: Final = """
 .pg{font:14px/1.35 system-ui,sans-serif;color:#1d2733;padding:2px 10px 6px}
 .pg .top{display:flex;align-items:baseline;gap:8px}
@@ -96,7 +95,7 @@ def fates(answer: Answer) -> str:
     """What became of the objects, as a bar and its key."""
     shares = answer.row["fates"]
     parts, key = list[str](), list[str]()
-    for fate, colour in zip(FATES, COLOURS, strict=True):
+    for fate, colour in zip(FATES, FATE_COLOURS, strict=True):
         share = 100.0 * shares[fate]
         parts.append(f'<div style="width:{share:.2f}%;background:{colour}" title="{WORDS[fate]}"></div>')
         if share >= 0.05:

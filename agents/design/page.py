@@ -14,8 +14,10 @@ import viser
 from viser import _messages
 
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.errors import PntGymError
 
-from . import films, level_files
+from ..ground.cli import UsageError
+from . import films, level_files, report, share
 from .changes import Change
 from .gate import guarded
 from .panel import Panel
@@ -89,11 +91,6 @@ class Page:
     def _drag(self, change: Change) -> None:
         self.session.change(change)
 
-    def _button(self, label: str, act: Callable[[Any], object], hint: str | None = None) -> Any:
-        button = self.server.gui.add_button(label, hint=hint)
-        button.on_click(lambda event: act(event) and None)
-        return button
-
     def _add_views(self) -> None:
         """Add the buttons of views, of the film and of undoing."""
         gui = self.server.gui
@@ -114,20 +111,52 @@ class Page:
         {"undo": self.session.undo, "redo": self.session.redo, "keep": self.session.keep}[event.target.value]()
 
     def _add_files(self) -> None:
-        """Add the buttons of files."""
+        """Add the buttons of files: what is saved goes through the browser's download."""
         gui = self.server.gui
         self._button("save as YAML", self._save, "a level file for `pnt-gym line plan --level FILE.yaml`")
         upload = gui.add_upload_button("open YAML", mime_type=".yaml,.yml")
         upload.on_upload(lambda event: self._open(event.target.value))
-
-    def _save(self, event: Any) -> None:
-        line = self.session.state.line
-        event.client.send_file_download(
-            f"{line.name}.yaml", level_files.text_of_line(line).encode(), save_immediately=True
+        self._button(
+            "share as one HTML file", self._share, "the scene and its figures, for any browser, without a server"
         )
+        self._button("report as HTML", self._report, "two pages: drawing, figures, settings and assumptions")
+        if report.browser() is not None:
+            self._button("report as PDF", self._report_pdf)
+
+    def _button(self, label: str, make: Callable[[State], tuple[str, bytes]], hint: str | None = None) -> None:
+        """Add a button that makes a file, which the browser that asked for it downloads."""
+
+        def act(event: Any) -> None:
+            try:
+                name, content = make(self.session.state)
+            except PntGymError as error:
+                self.session.refuse(error)
+            except ModuleNotFoundError as error:
+                self.session.refuse(UsageError(f"this needs {error.name}: pip install 'pnt_gym[report]'"))
+            else:
+                event.client.send_file_download(name, content, save_immediately=True)
+
+        self.server.gui.add_button(label, hint=hint).on_click(act)
+
+    def _save(self, state: State) -> tuple[str, bytes]:
+        return f"{state.line.name}.yaml", level_files.text_of_line(state.line).encode()
 
     def _open(self, file: Any) -> None:
         self.session.open(partial(level_files.line_of_file, file.content, file.name))
+
+    def _share(self, state: State) -> tuple[str, bytes]:
+        self._scene.show_handles(False)
+        try:
+            page = self.server.scene.as_html()
+        finally:
+            self._scene.show_handles(True)
+        return f"{state.line.name}.html", share.html(page, state).encode()
+
+    def _report(self, state: State) -> tuple[str, bytes]:
+        return f"{state.line.name}_report.html", report.html(state).encode()
+
+    def _report_pdf(self, state: State) -> tuple[str, bytes]:
+        return f"{state.line.name}_report.pdf", report.pdf(report.html(state))
 
     def _play(self, is_stale: Callable[[], bool]) -> None:
         """Play the begin of a shift of the design, until the design changes."""

@@ -152,6 +152,12 @@ class BeltScene:
         if from_above:
             camera.up_direction = (0.0, 1.0, 0.0)
 
+    def show_handles(self, are_shown: bool) -> None:
+        """Show or hide all handles."""
+        with self._server.atomic():
+            for handle, _ in self._handles.values():
+                handle.visible = are_shown
+
     def landings(self, answer: Answer | None) -> None:
         """Show where the items of a judged design come down; None for none."""
         self._scene.remove_by_name("/landings")
@@ -194,7 +200,7 @@ class BeltScene:
         wxyz = np.tile([1.0, 0.0, 0.0, 0.0], (len(position), 1))
         self._draw_layers("reach", {"box": Solids(position, wxyz, half, rgba)})
         points = np.concatenate(borders).astype(np.float32)
-        self._scene.add_line_segments("/border", points, REACH, line_width=2.0)
+        self._scene.add_line_segments("/border", points, REACH, thickness=0.008)
 
     def _draw_names(self, line: LineConfig) -> None:
         """Write the names of robots and bins."""

@@ -100,7 +100,7 @@ class Session:
             try:
                 line = change(before)
             except PntGymError as error:
-                return self._refuse(error)
+                return self.refuse(error)
             if line == before:
                 self._set(refusal="")
                 return True
@@ -114,7 +114,7 @@ class Session:
             try:
                 line = opened(read())
             except PntGymError as error:
-                return self._refuse(error)
+                return self.refuse(error)
             self._go(line, saved=line, saved_answer=None, done=(*self._state.done, before)[-LONGEST:], undone=())
         return True
 
@@ -140,7 +140,8 @@ class Session:
             self._set(saved=self._state.line, saved_answer=answer if is_settled else None)
             self._ask()
 
-    def _refuse(self, error: PntGymError) -> bool:
+    def refuse(self, error: PntGymError) -> bool:
+        """Tell why something was not done; False."""
         sentence = describe_error(error).replace("\n", " ")
         self._set(refusal=sentence.removeprefix(f"config {self._state.line.name!r}: "))
         return False
@@ -175,7 +176,7 @@ class Session:
             self._judge_saved(is_stale)
             self._try_changes(number, is_stale)
         except PntGymError as error:
-            self._refuse(error)
+            self.refuse(error)
         finally:
             self._set(doing="")
 

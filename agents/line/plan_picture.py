@@ -167,6 +167,13 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
     return svg(figure)
 
 
+def line_picture(config: LineConfig, title: str = "The line to scale") -> str:
+    """Picture of a line from above, to scale, as SVG."""
+    figure, (view,) = stacked_panels(WIDTH, (2.7,))
+    _draw(view, config, title)
+    return svg(figure)
+
+
 def _text(row: dict[str, Any], plans: Sequence[Planned]) -> str:
     """Words for a plan: what differs among the plans, and robots, belt speed and limits always."""
     skills = {plan.row["skills"] for plan in plans}
