@@ -8,18 +8,20 @@ from typing import Any, Final, Self, final
 import numpy as np
 
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.errors import ConfigError
 
 from ..ground import metrics
-from ..line import plans
+from ..line.estimate import estimate
+from ..line.flown import PROVISIONAL, SETTLED, FlightTable
 from ..line.plans import Conditions, Planned
 
 DURATION: Final = 120.0
 """Length of the shifts by which designs are judged [s], the default of `pnt-gym line plan`."""
-PROVISIONAL: Final = Conditions(shifts=8, throws=256, check=0, threads=1)
-"""Conditions of the first answer, which comes at once."""
-SETTLED: Final = Conditions(shifts=16, throws=1024, check=0, threads=1)
-"""Conditions of the second answer, which holds."""
+FIRST: Final = Conditions(shifts=8, check=0, threads=1)
+"""Conditions of the provisional answer."""
+LAST: Final = Conditions(shifts=16, check=0, threads=1)
+"""Conditions of the settled answer."""
+KEPT: Final = 12
+"""Tables of chances that are kept, of the cells judged last."""
 
 
 @final
@@ -27,14 +29,11 @@ SETTLED: Final = Conditions(shifts=16, throws=1024, check=0, threads=1)
 class Answer:
     """What a design brings."""
 
+    line: LineConfig
+    """The design."""
     plan: Planned
     is_settled: bool
     """Whether the answer is settled, and not provisional."""
-
-    @property
-    def line(self) -> LineConfig:
-        """The design."""
-        return self.plan.config
 
     @property
     def row(self) -> dict[str, Any]:
@@ -42,22 +41,27 @@ class Answer:
         return self.plan.row
 
 
-def judge(line: LineConfig, is_settled: bool) -> Answer:
-    """Judge a design.
+@final
+class Judge:
+    """Judges designs by flights, and keeps their tables, which other designs of the same cells share."""
 
-    Raises:
-        ConfigError: no object came in any shift.
-    """
-    numbers = {
-        "robots": len(line.robots),
-        "belt_speed": line.cell.belt.speed,
-        "percent": max(line.cell.limits.percent),
-        "skills": "level",
-    }
-    plan = plans.judge(numbers, line, SETTLED if is_settled else PROVISIONAL)
-    if not np.isfinite(plan.row["recovery"]):
-        raise ConfigError(f"no objects came in {PROVISIONAL.shifts} shifts of {line.duration:g} s; raise the infeed")
-    return Answer(plan, is_settled)
+    def __init__(self) -> None:
+        self._tables = dict[str, FlightTable]()
+
+    def answer(self, line: LineConfig, is_settled: bool) -> Answer:
+        """Judge a design.
+
+        Raises:
+            PntGymError: no robot can throw into its bins, or no object came.
+        """
+        near = self._tables.get(line.digest(), next(reversed(self._tables.values()), None))
+        conditions, flights = (LAST, SETTLED) if is_settled else (FIRST, PROVISIONAL)
+        found = estimate(line, conditions, flights, near)
+        self._tables.pop(found.table.digest, None)
+        self._tables[found.table.digest] = found.table
+        if len(self._tables) > KEPT:
+            self._tables.pop(next(iter(self._tables)))
+        return Answer(line, found.planned, is_settled)
 
 
 @final

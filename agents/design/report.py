@@ -16,7 +16,7 @@ from ..ground.cli import UsageError
 from ..ground.versions import versions
 from ..line.plan_picture import line_picture
 from . import figures
-from .answers import SETTLED, Answer
+from .answers import LAST, Answer
 from .assumptions import assumptions
 from .session import State
 
@@ -47,8 +47,8 @@ def html(state: State) -> str:
     name, line = escape(answer.line.name), answer.line
     gain = "" if state.gain is None else f"<p>Against the design that was kept: {escape(state.gain.text)}.</p>"
     how = (
-        f"{SETTLED.shifts} shifts of {line.duration / 60.0:g} min, seed {SETTLED.seed}, order of picks by "
-        f"{SETTLED.controller!r}; intervals hold 95 % of what other shifts and other counts of throws would give."
+        f"{LAST.shifts} shifts of {line.duration / 60.0:g} min, seed {LAST.seed}, order of picks by "
+        f"{LAST.controller!r}; intervals hold 95 % of what other shifts and other counts of throws would give."
     )
     items = "".join(f"<li>{escape(sentence)}</li>" for sentence in assumptions(line))
     packages = ", ".join(f"{package} {version}" for package, version in versions().items())

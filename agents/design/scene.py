@@ -32,6 +32,8 @@ HIDDEN: Final = 1e-6
 """Size of a solid that is not shown."""
 GRIP: Final = 0.34
 """Size of the handles [m]."""
+CLIPPED: Final = 0.25
+"""Height over the belt above which the view from above shows nothing [m]."""
 LOW: Final = 0.4
 """Height of the floor under the belt's surface [m]."""
 
@@ -149,8 +151,9 @@ class BeltScene:
         way = np.array([0.0, -0.02, 1.0]) if from_above else np.array([-0.12, 0.74, 0.62])
         camera.position = target + 1.1 * away * way / np.linalg.norm(way)
         camera.look_at = target
-        if from_above:
-            camera.up_direction = (0.0, 1.0, 0.0)
+        camera.up_direction = (0.0, 1.0, 0.0) if from_above else (0.0, 0.0, 1.0)
+        # From above, what stands over the belt would hide the belt.
+        camera.near = 1.1 * away - CLIPPED if from_above else 0.01
 
     def show_handles(self, are_shown: bool) -> None:
         """Show or hide all handles."""
@@ -225,7 +228,7 @@ class BeltScene:
         """Put a handle at each robot, and at each bin that differs from those of other robots."""
         wanted = dict[str, tuple[Floats, tuple[bool, bool, bool], Callable[[Floats], Change]]]()
         for index, robot in enumerate(line.robots):
-            place = np.array([robot.x, 0.3, ABOVE])
+            place = np.array([robot.x, line.cell.belt.y[1] + 0.1, line.cell.belt.height + 0.05])
             wanted[f"/robot_{index}"] = place, (True, False, False), _robot_mover(index)
         for owner in changes.bin_owners(line):
             x = line.robots[owner].x

@@ -11,8 +11,7 @@ from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import PntGymError
 
 from ..ground.cli import describe_error
-from . import answers
-from .answers import DURATION, Answer, Gain
+from .answers import DURATION, Answer, Gain, Judge
 from .changes import Change
 from .tries import Tried, worth_trying
 from .worker import Worker
@@ -79,6 +78,7 @@ class Session:
         self._lock = threading.RLock()
         self._state = State(line, line)
         self._tell = tell
+        self._judge = Judge()
         self.worker = Worker()
         self._ask()
 
@@ -169,7 +169,7 @@ class Session:
                 if is_stale():
                     return
                 self._set(doing="settling the figures" if is_settled else "judging")
-                answer = answers.judge(line, is_settled)
+                answer = self._judge.answer(line, is_settled)
                 if number != self._state.number:
                     return
                 self._set(answer=answer, answered=number)
@@ -185,7 +185,7 @@ class Session:
         if self._state.saved_answer is None and not is_stale():
             saved, answer = self._state.saved, self._state.answer
             is_same = answer is not None and answer.is_settled and saved == self._state.line
-            found = answer if is_same else answers.judge(saved, True)
+            found = answer if is_same else self._judge.answer(saved, True)
             with self._lock:
                 if self._state.saved == saved:
                     self._set(saved_answer=found)
@@ -195,14 +195,14 @@ class Session:
         answer = self._state.answer
         if answer is None:
             return
-        base = answers.judge(answer.line, False)
+        base = self._judge.answer(answer.line, False)
         for each in worth_trying(answer):
             if is_stale() or number != self._state.number:
                 return
             self._set(doing=f"trying {each.words}")
             try:
                 line = each.change(self._state.line)
-                tried = Tried(each.words, line, Gain.of(answers.judge(line, False), base))
+                tried = Tried(each.words, line, Gain.of(self._judge.answer(line, False), base))
             except PntGymError:
                 continue  # an impossible change is not worth trying
             with self._lock:

@@ -48,7 +48,9 @@ class Arguments:
     release: Annotated[str | None, option("analytic", "NAME|shipped:NAME|RUN_DIR")] = None
     """Controller that corrects the throws of all plans: a controller or a policy of PnTRelease-v0."""
     throws: int = 1000
-    """Throws in the full physics to count for a table of chances that does not exist yet."""
+    """Throws to count for a table of chances that does not exist yet."""
+    fidelity: Literal["flight", "full"] = "full"
+    """Where throws are counted: in the full physics, or in flights, which take a second a plan and write no table."""
     check: int = 4
     """Shifts that the chosen plan works in the full physics as well, at least 2; 0 for none."""
     seed: int = 0

@@ -27,6 +27,7 @@ from ..ground.tables import throws_bar
 from ..judging import losses
 from ..judging.losses import FATES, Counted, Fates, decision_energy
 from ..judging.shifts import Shifts, run_shifts
+from .flown import fly
 from .thrown import with_table
 
 
@@ -126,6 +127,8 @@ class Conditions:
     seed: int = 0
     throws: int = 1000
     """Throws to count for a table that does not exist yet."""
+    fidelity: Literal["flight", "full"] = "full"
+    """Whether tables are counted in simulated flights, in memory, or in the full physics."""
     tables: Path = MADE_TABLES
     """Folder of such tables."""
     check: int = 4
@@ -185,12 +188,36 @@ def judge(
         release: what corrects the throws; None for nothing.
         recount: whether the table counts throws as the plan's own controller chooses them, and not random ones.
     """
+    if conditions.fidelity == "flight":
+        flown = fly(config, conditions.throws, conditions.seed, conditions.threads, release)
+        return assess({**numbers, "chances_by": "random"}, flown.given_to(config), flown.counted, conditions)
     chooser = conditions.controller if recount else None
     line, counted = with_table(
         config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads, chooser
     )
+    return assess({**numbers, "chances_by": chooser or "random"}, line, counted, conditions)
+
+
+def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, conditions: Conditions) -> Planned:
+    """Work the shifts of a line that has a table of chances.
+
+    Args:
+        numbers: what tells the plan from others, and how the table was counted.
+        line: the line with its table.
+        counted: what became of the throws behind the table; None if nobody knows.
+        conditions: how plans are judged.
+
+    Raises:
+        UsageError: no object came.
+    """
     shifts = work(line, conditions)
-    recovery = metrics.interval(shifts.figures["shift_recovery"])
+    shares = shifts.figures["shift_recovery"].astype(np.float64)
+    if not np.isfinite(shares).any():
+        raise UsageError(
+            f"no objects: none reached the end of level {line.name!r} in {conditions.shifts} shifts of "
+            f"{line.duration:g} s; arrivals.rate is {line.arrivals.rate:g} objects a second"
+        )
+    recovery = metrics.interval(shares[np.isfinite(shares)])
     fates = Fates.of(shifts, line, counted)
     # A shipped table is larger than the one whose throws say what became of them.
     spread = 0.0 if counted is None or line.chances is None else table_spread(shifts, fates, counted)
@@ -210,8 +237,7 @@ def judge(
         **losses.energy(shifts, counted),
         "money_per_hour": money_per_hour(shifts, line, counted),
     }
-    row = {**numbers, "chances_by": chooser or "random", **figures}
-    return Planned(line, counted, row, shifts.figures["shift_recovery"].astype(np.float64))
+    return Planned(line, counted, {**numbers, **figures}, shares)
 
 
 def with_interval(name: str, values: Floats) -> dict[str, float]:
@@ -245,7 +271,7 @@ def try_changes(plan: Planned, conditions: Conditions) -> dict[str, float]:
     recovery: dict[str, float] = {}
     for words, change in changes.items():
         shifts = work(LineConfig.load(line, **change), conditions)
-        recovery[words] = float(shifts.figures["shift_recovery"].mean())
+        recovery[words] = metrics.mean(shifts.figures["shift_recovery"])
     return recovery
 
 
@@ -266,7 +292,10 @@ def check(plan: Planned, conditions: Conditions, release: str | None = None) -> 
         controller, seed = registry.make(conditions.controller, core), stream_seed("evaluate", conditions.seed)
         shifts = run_shifts(controller, env, count, seed, lambda number: bar.advance(task, number))
     simulated = shifts.figures["shift_recovery"].astype(np.float64)
-    recovery, over = metrics.interval(simulated), metrics.interval(simulated - plan.recovery[:count])
+    recovery, over = (
+        metrics.interval(simulated[np.isfinite(simulated)]),
+        metrics.difference(simulated, plan.recovery[:count]),
+    )
     below, above = (float(np.hypot(end - over.value, plan.row["recovery_counts"])) for end in (over.low, over.high))
     return {
         "shifts": count,

@@ -102,8 +102,8 @@ def plan_line(
         level: a shipped level's name or a YAML file.
         recovery: recovery to reach.
         release: controller that corrects the throws; None for the analytic one.
-        options: robots, speeds, percents, skills, minutes, burst, down; controller, shifts, seed, throws, tables,
-            check and threads, as the command takes them.
+        options: robots, speeds, percents, skills, minutes, burst, down; controller, shifts, seed, throws, fidelity,
+            tables, check and threads, as the command takes them.
 
     Raises:
         PntGymError: the level, a plan or an option is unknown or impossible.
@@ -148,7 +148,8 @@ def judge(
         text = ", ".join(f"{name} {value}" for name, value in numbers.items())
         tell(f"plan {number} of {len(asked)}: {text}")
         judged.append(plans.judge(numbers, config, conditions, release))
-    judged = recount_chosen(judged, recovery, conditions, release)
+    if conditions.fidelity == "full":
+        judged = recount_chosen(judged, recovery, conditions, release)
     plan, is_enough = reasons.choose(judged, recovery)
     used, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
     twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
