@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 import warnings
 import webbrowser
@@ -64,7 +65,10 @@ def main(arguments: Arguments) -> None:
         print(f"design at {address}", flush=True)
         if arguments.browser and has_display():
             webbrowser.open(address)
-        threading.Event().wait()
+        try:
+            threading.Event().wait()
+        finally:
+            gc.freeze()  # so that Python's end does not look through all objects once more, which takes a second
 
 
 if __name__ == "__main__":

@@ -195,14 +195,13 @@ class Session:
         answer = self._state.answer
         if answer is None:
             return
-        base = self._judge.answer(answer.line, False)
         for each in worth_trying(answer):
             if is_stale() or number != self._state.number:
                 return
             self._set(doing=f"trying {each.words}")
             try:
                 line = each.change(self._state.line)
-                tried = Tried(each.words, line, Gain.of(self._judge.answer(line, False), base))
+                tried = Tried(each.words, line, Gain.of(self._judge.answer(line, True), answer))
             except PntGymError:
                 continue  # an impossible change is not worth trying
             with self._lock:

@@ -9,7 +9,7 @@ from typing import Final, final
 
 Job = Callable[[Callable[[], bool]], None]
 """Work of some seconds; its argument says whether newer work waits, at which the job returns early."""
-PATIENCE: Final = 0.5
+PATIENCE: Final = 0.1
 """Time for which the end of a page waits for a job [s]; the thread ends with the process."""
 
 
