@@ -121,7 +121,7 @@ def set_share(line: LineConfig, item: str, percent: float) -> LineConfig:
             f"the share of {item} is {percent:g} %; it must be at least 0 % and below 100 %, and other items must come"
         )
     now[item] = rest * percent / (100.0 - percent)
-    mix = {name: round(share, DIGITS + 3) for name, share in now.items()}
+    mix = {name: round(share, 9) for name, share in now.items()}
     cell = line.cell.model_dump(mode="json", exclude_unset=True)
     return LineConfig.load(line, cell={**cell, "mix": {name: share for name, share in mix.items() if share > 0.0}})
 
