@@ -20,7 +20,13 @@ class Estimate:
     table: FlightTable
 
 
-def estimate(config: LineConfig, conditions: Conditions, flights: int, near: FlightTable | None = None) -> Estimate:
+def estimate(
+    config: LineConfig,
+    conditions: Conditions,
+    flights: int,
+    near: FlightTable | None = None,
+    release: str | None = None,
+) -> Estimate:
     """Judge a line by flights, without a file.
 
     Equal arguments give equal bits. With `SETTLED` flights the figures are those of `pnt-gym line plan --fidelity
@@ -32,6 +38,7 @@ def estimate(config: LineConfig, conditions: Conditions, flights: int, near: Fli
         conditions: how lines are judged; `throws`, `tables` and `check` do not count here.
         flights: number of flights behind the table.
         near: table of the design before; fewer than `SETTLED` flights are shrunk towards it. None for no such table.
+        release: controller that corrects the throws; None for the analytic one.
 
     Raises:
         PntGymError: the line describes no plan, no robot can throw into its bins, or no object came.
@@ -39,5 +46,5 @@ def estimate(config: LineConfig, conditions: Conditions, flights: int, near: Fli
     sweep = Sweep(robots=(len(config.robots),), minutes=config.duration / 60.0)
     numbers, line = next(make_plans(LineConfig.load(config, throws="table", chances=None), sweep))
     conditions = replace(conditions, throws=flights, fidelity="flight")
-    table = fly(line, flights, conditions.seed, conditions.threads, near=near)
+    table = fly(line, flights, conditions.seed, conditions.threads, release, near)
     return Estimate(assess({**numbers, "chances_by": "random"}, table.given_to(line), table.counted, conditions), table)

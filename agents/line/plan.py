@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -9,6 +10,7 @@ from typing import Annotated, Literal
 import tyro
 
 from pnt_gym.cells.line.config import MADE_TABLES
+from pnt_gym.errors import ReachWarning
 
 from ..ground import levels
 from ..ground.cli import option
@@ -67,6 +69,8 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Judge every plan, and report the smallest one that reaches the recovery, and the reason."""
+    # The table has a column for what is out of reach, for every plan.
+    warnings.simplefilter("ignore", ReachWarning)
     sweep, conditions = verdict.read(vars(arguments), arguments.recovery)
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)

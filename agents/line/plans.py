@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.line.config import MADE_TABLES, MOST_ROBOTS, LineConfig
+from pnt_gym.cells.line.config import MADE_TABLES, LineConfig
 from pnt_gym.cells.line.sections import Down, Robot
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import unknown_name
@@ -29,6 +29,9 @@ from ..judging.losses import FATES, Counted, Fates, decision_energy
 from ..judging.shifts import Shifts, run_shifts
 from .flown import fly
 from .thrown import with_table
+
+A_PLAN: Final = ", a plan"
+"""End of the name of a plan's level."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ def make_plans(level: LineConfig, sweep: Sweep) -> Iterator[tuple[dict[str, Any]
     down = standstill(level, sweep)
     for count, speed, limit, skills in itertools.product(sweep.robots, speeds, percents, sweep.skills):
         changes = level.model_dump(mode="json", exclude_unset=True)
-        changes |= {"name": f"{level.name}, a plan", "duration": 60.0 * sweep.minutes}
+        changes |= {"name": f"{level.name.removesuffix(A_PLAN)}{A_PLAN}", "duration": 60.0 * sweep.minutes}
         overrides = {} if skills == "level" else {"skills": []}
         changes["robots"] = [{**robot.model_dump(mode="json"), **overrides} for robot in line_up(level, count)]
         cell = changes["cell"]
@@ -164,13 +167,6 @@ class Planned:
         """What tells this plan from others of the same level."""
         return {name: self.row[name] for name in ("robots", "belt_speed", "percent", "skills")}
 
-    @property
-    def bound(self) -> float:
-        """Recovery if every object were picked, and thrown as well as those of its item that were."""
-        arrived = np.array(self.row["arrived"])
-        good = np.array([1.0 - self.thrown_badly(item) for item in range(len(arrived))])
-        return float(arrived @ good / arrived.sum())
-
 
 def judge(
     numbers: dict[str, Any],
@@ -255,24 +251,6 @@ def work(line: LineConfig, conditions: Conditions) -> Shifts:
         seed = stream_seed("evaluate", conditions.seed)
         env.reset(seed=seed)
         return run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
-
-
-def try_changes(plan: Planned, conditions: Conditions) -> dict[str, float]:
-    """Recovery of a plan with one thing changed, by the plan's own table, by words for the change."""
-    line, rate = plan.config, plan.config.arrivals.rate
-    robots = [robot.model_dump(mode="json") for robot in line.robots]
-    changes: dict[str, dict[str, Any]] = {}
-    if len(robots) < MOST_ROBOTS:
-        more = line_up(line, len(robots) + 1)
-        changes["one more robot"] = {"robots": [robot.model_dump(mode="json") for robot in more]}
-    if any(robot["skills"] for robot in robots):
-        changes["all skills for every robot"] = {"robots": [{**robot, "skills": []} for robot in robots]}
-    changes["half as many objects"] = {"arrivals": {**line.arrivals.model_dump(mode="json"), "rate": rate / 2.0}}
-    recovery: dict[str, float] = {}
-    for words, change in changes.items():
-        shifts = work(LineConfig.load(line, **change), conditions)
-        recovery[words] = metrics.mean(shifts.figures["shift_recovery"])
-    return recovery
 
 
 def check(plan: Planned, conditions: Conditions, release: str | None = None) -> dict[str, Any] | None:

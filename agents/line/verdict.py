@@ -14,8 +14,9 @@ from ..dispatchers.registry import NAMES
 from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.versions import versions
 from . import plans, reasons
-from .plans import Conditions, Planned, Sweep, make_plans, try_changes
-from .reasons import answer, check_text, reason, throws_are_the_reason
+from .changes import Change, Gain, gain, possible_changes, try_changes
+from .plans import Conditions, Planned, Sweep, make_plans
+from .reasons import answer, check_text, reason
 
 ANALYTIC: Final = "analytic"
 LEAST: Final = {"shifts": 2, "seed": 0, "throws": 100, "check": 0, "threads": 1}
@@ -36,8 +37,8 @@ class Verdict:
     other_release: str
     checked: dict[str, Any] | None
     """Figures of the plan's first shifts in the full physics; None if no shift was checked."""
-    changes: dict[str, float]
-    """Recovery of the plan with one thing changed, by words for the change; none where throws are the reason."""
+    gains: Sequence[Gain]
+    """What changes of the plan bring, the best first."""
     sentences: tuple[str, ...]
     """The plan, its shifts in the full physics, and the reason why it does not sort more."""
 
@@ -45,11 +46,13 @@ class Verdict:
     def entries(self) -> dict[str, Any]:
         """The verdict by the names of the JSON contract."""
         other = {"release": self.other_release, **self.twin.row}
+        points = {gain.words: [gain.points.value, gain.points.low, gain.points.high] for gain in self.gains}
         return {
             "release": self.release,
             "sentences": list(self.sentences),
             "checked": self.checked,
-            "changes": self.changes,
+            "changes": {gain.words: gain.recovery for gain in self.gains},
+            "gains": points,
             "other_release": other,
         }
 
@@ -154,13 +157,18 @@ def judge(
     used, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
     twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
     checked = plans.check(plan, conditions, release)
-    changes = {} if throws_are_the_reason(plan, recovery) else try_changes(plan, conditions)
+    changes = possible_changes(plan.config, reasons.worst_item(plan))
+    gains = [
+        *try_changes(plan.config, changes, conditions, release, tell),
+        gain(Change("release", other, twin.config), twin, plan),
+    ]
+    gains.sort(key=lambda each: each.points.value, reverse=True)
     sentences = (
         answer(plan, is_enough, recovery),
         *([] if checked is None else [check_text(checked)]),
-        reason(plan, recovery, used, (other, twin), changes),
+        reason(plan, gains),
     )
-    return Judged(level, conditions, judged, Verdict(plan, used, twin, other, checked, changes, sentences))
+    return Judged(level, conditions, judged, Verdict(plan, used, twin, other, checked, gains, sentences))
 
 
 def check(recovery: float, sweep: Sweep, conditions: Conditions) -> None:

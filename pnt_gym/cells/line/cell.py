@@ -27,7 +27,7 @@ from pnt_gym.cells.line.reach import find_reach
 from pnt_gym.cells.line.rows import LineState, Outcome, Result, Rider, Tables
 from pnt_gym.cells.line.stream import StreamSampler
 from pnt_gym.cells.line.throws import Attempt, SimulatedThrows, TableThrows, ThrowExecutor
-from pnt_gym.errors import ConfigError, OrderError
+from pnt_gym.errors import ConfigError, OrderError, ReachWarning
 from pnt_gym.rows import Rows1
 
 USUAL_CYCLE: Final = 0.9
@@ -285,9 +285,10 @@ def _warn_of_reach(config: LineConfig, tables: Tables, riders: Rows1[Rider]) -> 
     counts = np.bincount(kinds[unreached], minlength=len(items))
     shares = counts / np.maximum(np.bincount(kinds, minlength=len(items)), 1)
     worst = np.argsort(-shares)[: np.count_nonzero(counts)].tolist()
+    shares_text = ", ".join(f"{shares[kind]:.1%} of {items[kind]}" for kind in worst)
     warnings.warn(
-        f"level {config.name!r}: {len(unreached) / len(riders):.1%} of the objects are out of reach, "
-        f"{', '.join(f'{shares[kind]:.1%} of {items[kind]}' for kind in worst)}: no robot can throw them, from where they "
-        "lie, into a bin that takes them; move the bins or narrow the lanes",
+        f"level {config.name!r}: {len(unreached) / len(riders):.1%} of the objects are out of reach, {shares_text}: no "
+        "robot can throw them, from where they lie, into a bin that takes them; move the bins or narrow the lanes",
+        ReachWarning,
         stacklevel=2,
     )
