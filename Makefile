@@ -9,7 +9,7 @@ TOOLS := $(VENV)/tools/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup dev train test test-all test-cluster lint format docs pages datasets bench bench-quick perf reproduce pictures report \
+.PHONY: help setup dev train test test-all test-cluster lint format docs pages datasets bench bench-quick perf reproduce pictures design-pictures report \
 	studies kill \
 	fuzz soak lock audit wheel package clean
 
@@ -96,6 +96,9 @@ studies: dev ## what plans in configs/studies find out, into results/ (hours; st
 reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (three minutes of processor time; stop and resume)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures
 	$(BIN)/python -m agents.report
+
+design-pictures: dev ## pictures of the design page, into docs/pictures; needs Chromium
+	$(BIN)/python docs/design_pictures.py
 
 pictures: setup ## pictures and videos of throws, into results/figures and docs/pictures
 	$(BIN)/python docs/pictures.py

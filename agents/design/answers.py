@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, Self, final
-
-import numpy as np
+from typing import Any, Final, final
 
 from pnt_gym.cells.line.config import LineConfig
 
-from ..ground import metrics
+from ..ground.metrics import Interval
+from ..line.changes import Change, gain
 from ..line.estimate import estimate
 from ..line.flown import PROVISIONAL, SETTLED, FlightTable
 from ..line.plans import Conditions, Planned
@@ -64,37 +63,14 @@ class Judge:
         return Answer(line, found.planned, is_settled)
 
 
-@final
-@dataclass(frozen=True)
-class Gain:
-    """Recovery of a design less that of another design, on the same objects, with its 95 % interval."""
+def difference(answer: Answer, other: Answer) -> Interval:
+    """Recovery of a design less that of another design, on the same objects."""
+    return gain(Change(answer.line.name, "", answer.line), answer.plan, other.plan).points
 
-    value: float
-    low: float
-    high: float
 
-    @classmethod
-    def of(cls, answer: Answer, other: Answer) -> Self:
-        """What one design gains over another.
-
-        Throws that are counted anew for another cell make the difference less certain.
-        """
-        paired = answer.plan.recovery - other.plan.recovery
-        over = metrics.interval(paired[np.isfinite(paired)])
-        is_same = answer.line.digest() == other.line.digest()
-        counts = 0.0 if is_same else float(np.hypot(answer.row["recovery_counts"], other.row["recovery_counts"]))
-        below, above = (float(np.hypot(end - over.value, counts)) for end in (over.low, over.high))
-        return cls(over.value, over.value - below, over.value + above)
-
-    @property
-    def is_clear(self) -> bool:
-        """Whether the interval does not contain zero."""
-        return not self.low <= 0.0 <= self.high
-
-    @property
-    def text(self) -> str:
-        """The difference in words."""
-        interval = f"{100.0 * self.low:+.1f}..{100.0 * self.high:+.1f}"
-        if not self.is_clear:
-            return f"no difference in recovery ({interval} points)"
-        return f"{100.0 * self.value:+.1f} points of recovery ({interval})"
+def in_points(over: Interval) -> str:
+    """A difference of recoveries in words."""
+    interval = f"{100.0 * over.low:+.1f}..{100.0 * over.high:+.1f}"
+    if over.low <= 0.0 <= over.high:
+        return f"no difference in recovery ({interval} points)"
+    return f"{100.0 * over.value:+.1f} points of recovery ({interval})"

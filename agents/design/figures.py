@@ -9,7 +9,7 @@ from typing import Any, Final, final
 
 from ..judging.losses import FATES, WORDS
 from ..line.plan_picture import FATE_COLOURS
-from .answers import Answer
+from .answers import Answer, in_points
 from .session import State
 
 STYLE: Final = """
@@ -26,7 +26,7 @@ STYLE: Final = """
 .pg .key i{display:inline-block;width:8px;height:8px;border-radius:2px;margin-right:4px}
 .pg .gain{margin:6px 0 0;padding:5px 8px;background:#eef2f8;border-radius:4px}
 .pg .bad{margin:6px 0 0;padding:5px 8px;background:#fdecea;color:#8c1d18;border-radius:4px}
-.pg .why{margin:6px 0 0}
+.pg .why{margin:4px 0 0;font-size:13px}
 """
 """Style of the figures."""
 
@@ -66,9 +66,21 @@ def panel(state: State) -> str:
             f'<div class="top"><span class="big">...</span> <small>{escape(state.doing)}</small></div>{refusal}'
         )
     parts = [top(state.answer, state), refusal]
-    if state.gain is not None:
-        parts.append(f'<div class="gain">Against the kept design: {escape(state.gain.text)}</div>')
+    if state.over_saved is not None:
+        parts.append(f'<div class="gain">Against the kept design: {escape(in_points(state.over_saved))}</div>')
     return page_part("".join(parts))
+
+
+def reason(state: State) -> str:
+    """What keeps the design from sorting more, and which change is being tried."""
+    text = sentence(state.reason.removeprefix("the reason: "))
+    doing = f"{state.doing} ..." if state.doing else ""
+    return page_part(f'<div class="why">{escape(text)}</div><small>{escape(doing)}</small>')
+
+
+def sentence(text: str) -> str:
+    """A text that begins with a capital letter."""
+    return f"{text[:1].upper()}{text[1:]}"
 
 
 def page_part(text: str) -> str:

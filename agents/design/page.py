@@ -20,7 +20,7 @@ from ..ground.cli import UsageError
 from . import films, level_files, report, share
 from .changes import Change
 from .gate import guarded
-from .panel import Panel
+from .panel import STEPS, VIEWS, Panel
 from .scene import BeltScene
 from .session import Session, State
 from .worker import Worker
@@ -60,8 +60,8 @@ class Page:
         gui.main_panel.set_width(WIDTH)
         self._scene = BeltScene(self.server, self._drag)
         self._panel = Panel(self.server, self.session)
-        with self._panel.buttons:
-            self._add_views()
+        self._panel.views.on_click(self._view)
+        self._panel.steps.on_click(self._step)
         with self._panel.files:
             self._add_files()
         self._is_ready = True
@@ -91,24 +91,14 @@ class Page:
     def _drag(self, change: Change) -> None:
         self.session.change(change)
 
-    def _add_views(self) -> None:
-        """Add the buttons of views, of the film and of undoing."""
-        gui = self.server.gui
-        views = gui.add_button_group("view", ("3D", "from above", "play 12 s"))
-        views.on_click(self._view)
-        steps = gui.add_button_group(
-            "change", ("undo", "redo", "keep"), hint="keep: compare with this design from now on"
-        )
-        steps.on_click(self._step)
-
     def _view(self, event: Any) -> None:
-        if event.target.value == "play 12 s":
+        if event.target.value == VIEWS[-1]:
             self._player.ask(self._play)
         elif event.client is not None:
-            self._scene.look(self.session.state.line, event.client.camera, event.target.value == "from above")
+            self._scene.look(self.session.state.line, event.client.camera, event.target.value == VIEWS[1])
 
     def _step(self, event: Any) -> None:
-        {"undo": self.session.undo, "redo": self.session.redo, "keep": self.session.keep}[event.target.value]()
+        dict(zip(STEPS, (self.session.undo, self.session.redo, self.session.keep), strict=True))[event.target.value]()
 
     def _add_files(self) -> None:
         """Add the buttons of files: what is saved goes through the browser's download."""

@@ -13,14 +13,18 @@ from pnt_gym.cells.conveyor.robot import sheet_names
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 
 from . import changes, figures
+from .answers import in_points
 from .changes import Change
-from .session import Session, State
-from .tries import Tried
+from .session import Session, State, Tried
 
 QUIET: Final = 0.6
 """Time for which an input that an engineer moves is left alone [s]."""
 OFFERS: Final = 4
 """Changes that are offered at once."""
+VIEWS: Final = ("3D", "from above", "play 12 s")
+"""Views of the line, the last one a film."""
+STEPS: Final = ("undo", "redo", "keep")
+"""Steps among designs."""
 NOBODY: Final = "nobody"
 Setter = Callable[[Any], Change]
 Getter = Callable[[LineConfig], Any]
@@ -43,24 +47,26 @@ class Panel:
         self._offers = list[Any]()
         self._structure: Any = None
         self._tried: tuple[Tried, ...] | None = None
-        self._text = ""
         self._figures = self._gui.add_html("")
-        self._worth = self._gui.add_folder("Worth trying", visible=False)
-        self.buttons = self._gui.add_folder("View")
+        self.views = self._gui.add_button_group("view", VIEWS)
+        self.steps = self._gui.add_button_group("design", STEPS, hint="keep: compare with this design from now on")
         tabs = self._gui.add_tab_group()
         self._line, self._robots = tabs.add_tab("Line"), tabs.add_tab("Robots")
         self._bins, self._objects = tabs.add_tab("Bins"), tabs.add_tab("Objects")
         self.files = tabs.add_tab("File")
+        self._worth = self._gui.add_folder("What keeps it from sorting more")
+        with self._worth:
+            self._reason = self._gui.add_html("")
         with self._line:
             self._add_line()
 
     def show(self, state: State) -> None:
         """Show a state; inputs that the engineer is moving are left alone, unless their change was refused."""
-        text = figures.panel(state)
-        if text != self._text:
-            self._figures.content = self._text = text
-        if state.tried[:OFFERS] != self._tried:
-            self._offer(state.tried[:OFFERS])
+        for html, text in ((self._figures, figures.panel(state)), (self._reason, figures.reason(state))):
+            if html.content != text:
+                html.content = text
+        if tuple(state.better[:OFFERS]) != self._tried:
+            self._offer(tuple(state.better[:OFFERS]))
         self._rebuild(state.line)
         now = time.monotonic()
         for handle, get in self._inputs:
@@ -163,12 +169,11 @@ class Panel:
         for button in self._offers:
             button.remove()
         self._offers.clear()
-        self._tried, self._worth.visible = tried, bool(tried)
+        self._tried = tried
         with self._worth:
             for each in tried:
-                button = self._gui.add_button(
-                    f"{each.words}: {100.0 * each.gain.value:+.1f} points", hint=each.gain.text
-                )
+                words, points = each.gain.words, each.gain.points
+                button = self._gui.add_button(f"{words}: {100.0 * points.value:+.1f}", hint=in_points(points))
                 button.on_click(partial(self._take, each))
                 self._offers.append(button)
 

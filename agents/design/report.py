@@ -15,7 +15,7 @@ from typing import Final
 from ..ground.cli import UsageError
 from ..ground.versions import versions
 from ..line.plan_picture import line_picture
-from . import figures
+from . import answers, figures
 from .answers import LAST, Answer
 from .assumptions import assumptions
 from .session import State
@@ -45,7 +45,9 @@ def html(state: State) -> str:
     if answer is None or not answer.is_settled or not state.is_current:
         raise UsageError("the figures are not settled yet; ask for the report in a second")
     name, line = escape(answer.line.name), answer.line
-    gain = "" if state.gain is None else f"<p>Against the design that was kept: {escape(state.gain.text)}.</p>"
+    over = state.over_saved
+    gain = "" if over is None else f"<p>Against the design that was kept: {escape(answers.in_points(over))}.</p>"
+    reason = escape(figures.sentence(state.reason))
     how = (
         f"{LAST.shifts} shifts of {line.duration / 60.0:g} min, seed {LAST.seed}, order of picks by "
         f"{LAST.controller!r}; intervals hold 95 % of what other shifts and other counts of throws would give."
@@ -56,7 +58,8 @@ def html(state: State) -> str:
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{name}: a sorting line</title>'
         f"<style>{STYLE}{figures.STYLE}</style></head><body>"
         f"<h1>{name}</h1><small>a sorting line that throws, {date.today().isoformat()}</small>{line_picture(line)}"
-        f'<h2>What it sorts</h2><div class="pg">{figures.top(answer)}</div>{gain}<p><small>{how}</small></p>'
+        f'<h2>What it sorts</h2><div class="pg">{figures.top(answer)}</div>{gain}'
+        f"<p>{reason}.</p><p><small>{how}</small></p>"
         f'<h2 class="second">The line</h2>{_settings(answer)}<h2>What became of each item</h2>{_items(answer)}'
         f"<h2>What these figures assume</h2><ul>{items}</ul><h2>Versions</h2><small>{escape(packages)}</small>"
         "</body></html>"

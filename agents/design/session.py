@@ -11,13 +11,26 @@ from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import PntGymError
 
 from ..ground.cli import describe_error
-from .answers import DURATION, Answer, Gain, Judge
+from ..ground.metrics import Interval
+from ..line import reasons
+from ..line.changes import Gain, gain, possible_changes
+from .answers import DURATION, Answer, Judge, difference
 from .changes import Change
-from .tries import Tried, worth_trying
 from .worker import Worker
 
 LONGEST: Final = 200
 """Designs that can be undone."""
+
+
+@final
+@dataclass(frozen=True)
+class Tried:
+    """A change that was tried on a design."""
+
+    line: LineConfig
+    """The design with the change."""
+    gain: Gain
+    """What the change brings."""
 
 
 @final
@@ -52,11 +65,23 @@ class State:
         return self.answered == self.number
 
     @property
-    def gain(self) -> Gain | None:
+    def better(self) -> list[Tried]:
+        """Changes that bring something for sure."""
+        return [each for each in self.tried if each.gain.points.low > 0.0]
+
+    @property
+    def reason(self) -> str:
+        """What keeps the design from sorting more, and what changes bring; empty before the answer is settled."""
+        if self.answer is None or not (self.is_current and self.answer.is_settled):
+            return ""
+        return reasons.reason(self.answer.plan, [each.gain for each in self.tried])
+
+    @property
+    def over_saved(self) -> Interval | None:
         """What the design brings over the saved one; None while an answer is missing, or for the saved design."""
         if self.answer is None or self.saved_answer is None or not self.is_current or self.line == self.saved:
             return None
-        return Gain.of(self.answer, self.saved_answer) if self.answer.is_settled else None
+        return difference(self.answer, self.saved_answer) if self.answer.is_settled else None
 
 
 def opened(line: LineConfig) -> LineConfig:
@@ -191,20 +216,20 @@ class Session:
                     self._set(saved_answer=found)
 
     def _try_changes(self, number: int, is_stale: Callable[[], bool]) -> None:
-        """Try what is worth trying on the design, and keep what brings something for sure."""
+        """Try, one by one, what may mend the design, and keep what each change brings."""
         answer = self._state.answer
         if answer is None:
             return
-        for each in worth_trying(answer):
+        for change in possible_changes(answer.line, reasons.worst_item(answer.plan)):
             if is_stale() or number != self._state.number:
                 return
-            self._set(doing=f"trying {each.words}")
+            self._set(doing=f"trying {change.what} {change.to}".rstrip())
             try:
-                line = each.change(self._state.line)
-                tried = Tried(each.words, line, Gain.of(self._judge.answer(line, True), answer))
+                judged = self._judge.answer(change.config, True)
             except PntGymError:
-                continue  # an impossible change is not worth trying
+                continue  # no line that could be judged
+            tried = Tried(change.config, gain(change, judged.plan, answer.plan))
             with self._lock:
-                if number == self._state.number and tried.gain.is_clear and tried.gain.value > 0.0:
-                    best = sorted((*self._state.tried, tried), key=lambda other: -other.gain.value)
+                if number == self._state.number:
+                    best = sorted((*self._state.tried, tried), key=lambda each: -each.gain.points.value)
                     self._set(tried=tuple(best))

@@ -28,7 +28,7 @@ def html(scene: str, state: State) -> str:
     text, name = text_of_line(state.line), escape(state.line.name)
     link = f"data:application/yaml;base64,{b64encode(text.encode()).decode()}"
     part = (
-        f'<style>{STYLE}</style><aside class="shared"><h1>{name}</h1>{figures.panel(state)}'
+        f'<style>{STYLE}</style><aside class="shared"><h1>{name}</h1>{figures.panel(state)}{figures.reason(state)}'
         f'<a download="{name}.yaml" href="{link}">download the level file</a><pre>{escape(text)}</pre></aside>'
     )
     end = scene.rindex("</body>")

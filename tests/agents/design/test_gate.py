@@ -7,6 +7,7 @@ from urllib.error import HTTPError
 
 import pytest
 import viser
+from viser import _messages
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
@@ -101,7 +102,5 @@ def test_websockets_serves_as_before_outside_of_the_context():
 
 
 def test_no_tunnel_to_another_host_can_be_asked_for():
-    from viser import _messages
-
     with closing(served(open_front("127.0.0.1"), TOKEN)) as page:
         assert _messages.ShareUrlRequest not in page.server._websock_server._incoming_handlers
