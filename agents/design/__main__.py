@@ -5,20 +5,16 @@ from __future__ import annotations
 import gc
 import threading
 import warnings
-import webbrowser
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
-from ipaddress import ip_address
 from typing import Annotated
 
 import tyro
 
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.engine import has_display
 
 from ..ground.cli import UsageError, check_libraries, option, run
-from ..ground.tables import console
-from ..pictures.door import LOOPBACK, PORTS, open_front, page_url
+from ..pictures.door import LOOPBACK, PORTS, open_front
 
 HOST = (
     "Address of this machine at which the page is served, such as 0.0.0.0 for all of them. Everyone who reaches this "
@@ -52,19 +48,13 @@ def main(arguments: Arguments) -> None:
     ports = PORTS if arguments.port is None else range(arguments.port, arguments.port + 1)
     with ExitStack() as ends:
         front = ends.enter_context(open_front(arguments.host, ports, "--host"))
-        from .gate import new_token  # noqa: PLC0415 - viser's libraries are there now
+        from .gate import announce, new_token  # noqa: PLC0415 - viser is there now
         from .page import Page  # noqa: PLC0415 - takes a second
 
         warnings.simplefilter("ignore", UserWarning)  # what is out of reach, the page itself shows
         token = new_token()
         ends.enter_context(closing(Page(line, front, token)))
-        address = f"{page_url(front).replace('localhost', LOOPBACK)}?token={token}"
-        if not ip_address(arguments.host).is_loopback:
-            console().print(f"warning: the page is served at {arguments.host}, beyond this machine, and unencrypted")
-        # No line break within the address, which is copied.
-        print(f"design at {address}", flush=True)
-        if arguments.browser and has_display():
-            webbrowser.open(address)
+        announce(front, token, "design", arguments.browser)
         try:
             threading.Event().wait()
         finally:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from itertools import islice
 from typing import Final, Self, final
 
 import numpy as np
@@ -131,14 +132,15 @@ class Still:
         return cls(fixed_solids(scene), moving_solids(scene), line.robots[0].x, cell)
 
 
-def play(line: LineConfig, seconds: float, seed: int = 0, controller: str = CONTROLLER) -> Iterator[Frame3D]:
-    """Frames of a shift from its first second on, with simulated flights."""
+def play(line: LineConfig, seconds: float) -> Iterator[Frame3D]:
+    """Frames of the begin of a shift of a line, with simulated flights."""
     flights = LineConfig.load(line, throws="flight", chances=None)
-    with closing(Stage(controller, ENV, flights, seed)) as stage:
-        view, shown = stage.view, 0
-        for _ in stage.steps:
-            for scene in view.scenes(RATE):
-                yield moving_solids(scene)
-                shown += 1
-                if shown >= seconds * RATE:
-                    return
+    with closing(Stage(CONTROLLER, ENV, flights, 0)) as stage:
+        yield from islice(frames(stage), round(seconds * RATE))
+
+
+def frames(stage: Stage) -> Iterator[Frame3D]:
+    """Frames of the shifts that a controller works on a stage with one line."""
+    for _ in stage.steps:
+        for scene in stage.view.scenes(RATE):
+            yield moving_solids(scene)

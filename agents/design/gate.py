@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import contextlib
 import hmac
+import io
 import re
 import secrets
 import socket
 import threading
+import webbrowser
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from ipaddress import ip_address
 from typing import Any, Final
 from urllib.parse import parse_qs, urlsplit
 
+import viser
+from viser import _messages
 from websockets.asyncio import server
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
+from pnt_gym.engine import has_display
+
 from ..ground.cli import UsageError
-from ..pictures.door import refusal
+from ..ground.tables import console
+from ..pictures.door import LOOPBACK, page_url, refusal
 
 TOKEN: Final = 24
 """Random bytes of a token."""
@@ -26,6 +35,10 @@ MESSAGE: Final = 2**21
 PATIENCE: Final = 10.0
 """Time for the server to start, and of a guest for its request [s]."""
 UNKNOWN: Final = "this version of viser serves its page in a way that nothing guards; install viser 1.1"
+WIDTH: Final = 360
+"""Width of the panel [pixels]."""
+BRAND: Final = (44, 92, 150)
+"""Colour of buttons."""
 HEADERS: Final = {
     "X-Frame-Options": "DENY",
     "Referrer-Policy": "no-referrer",
@@ -39,6 +52,47 @@ HEADERS: Final = {
 }
 """Headers of every answer."""
 Judge = Callable[[ServerConnection, Request], Any]
+
+
+def open_server(front: socket.socket, token: str, title: str) -> viser.ViserServer:
+    """Viser's server at a listening socket, for browsers that bring the token; no tunnel leads to another host.
+
+    Raises:
+        UsageError: this version of viser serves otherwise.
+    """
+    # viser prints addresses without the token.
+    with guarded(front, token), contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(*front.getsockname()[:2], label=title, verbose=False)
+    for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+        server._websock_server._incoming_handlers.pop(message)
+    server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=BRAND)
+    server.gui.main_panel.dock_right()
+    server.gui.main_panel.set_width(WIDTH)
+    return server
+
+
+def close_server(server: viser.ViserServer) -> None:
+    """End viser's server, which prints that it ends."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
+def announce(front: socket.socket, token: str, what: str, opens_browser: bool) -> None:
+    """Print where a browser finds the page, and open a browser where there is a display.
+
+    Args:
+        front: listening socket.
+        token: secret of the page.
+        what: what the page shows.
+        opens_browser: whether to open a browser.
+    """
+    host = front.getsockname()[0]
+    if not ip_address(host).is_loopback:
+        console().print(f"warning: the page is served at {host}, beyond this machine, and nothing is encrypted")
+    address = f"{page_url(front).replace('localhost', LOOPBACK)}?token={token}"
+    print(f"{what} at {address}", flush=True)  # no line break within the address, which is copied
+    if opens_browser and has_display():
+        webbrowser.open(address)
 
 
 def new_token() -> str:

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import socket
 from collections.abc import Callable
 from functools import partial
 from time import monotonic, sleep
 from typing import Any, Final, final
-
-import viser
-from viser import _messages
 
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import PntGymError
@@ -19,15 +14,13 @@ from pnt_gym.errors import PntGymError
 from ..ground.cli import UsageError
 from . import films, level_files, report, share
 from .changes import Change
-from .gate import guarded
+from .gate import close_server, open_server
 from .panel import STEPS, VIEWS, Panel
 from .scene import BeltScene
 from .session import Session, State
 from .worker import Worker
 
 TITLE: Final = "pnt-gym design"
-WIDTH: Final = 360
-"""Width of the panel [pixels]."""
 SHOWN: Final = 12.0
 """Time of a shift that is played [s]."""
 
@@ -49,15 +42,7 @@ class Page:
         self._painter, self._player = Worker(), Worker()
         self._is_ready = False
         self.session = Session(line, self._tell)
-        # viser prints addresses without the token.
-        with guarded(front, token), contextlib.redirect_stdout(io.StringIO()):
-            self.server = viser.ViserServer(*front.getsockname()[:2], label=TITLE, verbose=False)
-        for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
-            self.server._websock_server._incoming_handlers.pop(message)  # no tunnel to another host
-        gui = self.server.gui
-        gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(44, 92, 150))
-        gui.main_panel.dock_right()
-        gui.main_panel.set_width(WIDTH)
+        self.server = open_server(front, token, TITLE)
         self._scene = BeltScene(self.server, self._drag)
         self._panel = Panel(self.server, self.session)
         self._panel.views.on_click(self._view)
@@ -72,8 +57,7 @@ class Page:
         for worker in (self._player, self._painter):
             worker.close()
         self.session.close()
-        with contextlib.redirect_stdout(io.StringIO()):
-            self.server.stop()
+        close_server(self.server)
 
     def _tell(self, state: State) -> None:
         """Paint the newest state soon."""

@@ -86,7 +86,7 @@ def test_a_standstill_goes_with_its_robot():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (partial(changes.move_bin, robot=0, number=0, x=-0.13, y=0.4), "bin 'trays' overlaps bin 'paper'"),
+        (partial(changes.move_bin, robot=0, number=0, x=-0.13, y=0.4), "overlaps bin 'paper' by 245 mm along"),
         (partial(changes.move_bin, robot=0, number=0, x=-0.39, y=-0.1), "lies on the belt"),
         (partial(changes.move_robot, robot=1, x=0.2), "windows that overlap"),
         (partial(changes.move_robot, robot=1, x=1e9), "robots.1.x is 1000000000.0"),
