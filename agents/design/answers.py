@@ -15,7 +15,7 @@ from ..line.plans import Conditions, Planned
 
 DURATION: Final = 120.0
 """Length of the shifts by which designs are judged [s], the default of `pnt-gym line plan`."""
-FIRST: Final = Conditions(shifts=8, check=0, threads=1)
+FIRST: Final = Conditions(shifts=4, check=0, threads=1)
 """Conditions of the provisional answer."""
 LAST: Final = Conditions(shifts=16, check=0, threads=1)
 """Conditions of the settled answer."""
