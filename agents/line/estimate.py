@@ -45,6 +45,6 @@ def estimate(
     """
     sweep = Sweep(robots=(len(config.robots),), minutes=config.duration / 60.0)
     numbers, line = next(make_plans(LineConfig.load(config, throws="table", chances=None), sweep))
-    conditions = replace(conditions, throws=flights, fidelity="flight")
+    conditions = replace(conditions, throws=flights, fidelity="flight", quiet=True)
     table = fly(line, flights, conditions.seed, conditions.threads, release, near)
     return Estimate(assess({**numbers, "chances_by": "random"}, table.given_to(line), table.counted, conditions), table)

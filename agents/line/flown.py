@@ -71,7 +71,7 @@ def fly(
     digest, origin = config.digest(), (seed, release)
     if near is not None and (near.digest, near.origin) == (digest, origin) and near.flights >= flights:
         return near
-    batches = list(random_throws(counting_line(config), flights, seed, NUM_ENVS, threads, release))
+    batches = list(random_throws(counting_line(config), flights, seed, NUM_ENVS, threads, release, quiet=True))
     thrown = {name: np.concatenate([part[name] for part in batches]) for name in batches[0]}
     names = config.cell.items
     is_alike = near is not None and near.chances.landed.shape[:2] == (len(names), len(np.unique(thrown["percent"])))

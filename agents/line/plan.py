@@ -16,7 +16,7 @@ from ..ground import levels
 from ..ground.cli import option
 from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
 from ..ground.tables import console
-from . import reasons, verdict
+from . import placing, reasons, sensitivity, verdict
 from .plan_picture import plan_picture
 
 
@@ -55,12 +55,25 @@ class Arguments:
     """Where throws are counted: in the full physics, or in flights, which take a second a plan and write no table."""
     check: int = 4
     """Shifts that the chosen plan works in the full physics as well, at least 2; 0 for none."""
+    mend: bool = True
+    """Try what could mend the chosen plan, one thing changed at a time, by flights."""
+    sensitivity: bool = False
+    """Try each assumed number of the chosen plan at both ends of its plausible range, by flights: which one decides?"""
     seed: int = 0
     """Seed of the objects."""
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write all plans to this file."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
     """Draw the line to scale, the fates of objects and the energy of all plans, and where each item lands."""
+    place: Annotated[Literal["bins", "robots", "all"] | None, option("nothing", "bins|robots|all")] = None
+    """Search for better places of the level's bins, of its robots along the belt, or of both, and judge these places
+    in the full physics instead of a sweep."""
+    keep_out: Annotated[tuple[tuple[float, float, float, float], ...], option("none", "X0 X1 Y0 Y1 ...")] = ()
+    """Rectangles in which --place puts no bin, from the line's origin [m]."""
+    tries: int = 100
+    """Layouts that --place tries, at most."""
+    write: Annotated[Path | None, option("none", "FILE.yaml")] = None
+    """Write the level with the places found by --place to this file."""
     tables: Path = MADE_TABLES
     """Folder of the tables of chances that do not ship; other commands look for tables in the default folder."""
     threads: int = 2
@@ -71,6 +84,10 @@ def main(arguments: Arguments) -> None:
     """Judge every plan, and report the smallest one that reaches the recovery, and the reason."""
     # The table has a column for what is out of reach, for every plan.
     warnings.simplefilter("ignore", ReachWarning)
+    if arguments.place is not None:
+        placing.place(arguments.place, vars(arguments))
+        return
+    placing.check_absent(vars(arguments))
     sweep, conditions = verdict.read(vars(arguments), arguments.recovery)
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)
@@ -82,6 +99,10 @@ def main(arguments: Arguments) -> None:
     console().print(reasons.table(title, judged.plans, arguments.recovery).terminal())
     for sentence in judged.verdict.sentences:
         console().print(sentence)
+    if arguments.sensitivity:
+        plan = judged.verdict.plan
+        title = f"assumed numbers of {reasons.plan_text(plan.row)}"
+        console().print(sensitivity.table(title, plan, judged.verdict.swings).terminal())
     if arguments.json is not None:
         deliver_json(arguments.json, judged.entries)
     if arguments.picture is not None:

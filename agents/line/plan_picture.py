@@ -16,6 +16,7 @@ from pnt_gym.cells.line.scene import belt_extent
 from ..ground.drawings import COLOURS, Axes, dress, stacked_panels, svg
 from ..ground.tables import percent
 from ..judging.losses import FATES, WORDS
+from . import sensitivity
 from .plans import Planned
 from .verdict import Verdict
 
@@ -132,7 +133,13 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
     ordered = sorted(plans, key=lambda each: order(each.row))
     items = len(plan.config.cell.items)
     landing_rows = -(-items // 2)
-    figure, (view, bars, landings) = stacked_panels(WIDTH, (2.7, 2.0 + ROW * len(plans), 0.4 + 2.7 * landing_rows))
+    heights = [2.7, 2.0 + ROW * len(plans), 0.4 + 2.7 * landing_rows]
+    numbers = {gain.what for gain in verdict.swings}
+    figure, (view, bars, landings, *rest) = stacked_panels(
+        WIDTH, [*heights, *([1.0 + ROW * len(numbers)] if numbers else [])]
+    )
+    for part in rest:
+        sensitivity.draw(part.subplots(), verdict.swings)
     _draw(view, plan.config, f"The line to scale: {_text(plan.row, plans)}")
     fates, energy = bars.subplots(1, 2, sharey=True, width_ratios=(3, 1))
     # Recovery by number of robots and belt speed, with the causes of losses stacked behind it.

@@ -31,7 +31,7 @@ from .flown import fly
 from .thrown import with_table
 
 A_PLAN: Final = ", a plan"
-"""End of the name of a plan's level."""
+"""End of the name of a plan's line."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,13 @@ class Conditions:
     """Folder of such tables."""
     check: int = 4
     """Shifts that a chosen plan works in the full physics as well."""
+    mend: bool = True
+    """Whether changes are tried that could mend the chosen plan."""
+    sensitivity: bool = False
+    """Whether each assumed number is tried at both ends of its range, on the chosen plan."""
     threads: int = 2
+    quiet: bool = False
+    """Whether shifts show no progress."""
 
 
 @dataclass(frozen=True)
@@ -244,13 +250,27 @@ def with_interval(name: str, values: Floats) -> dict[str, float]:
 
 def work(line: LineConfig, conditions: Conditions) -> Shifts:
     """The shifts of a line with throws by its table."""
-    with closing(make_vector(ENV, line, conditions.shifts, conditions.threads)) as env, throws_bar() as bar:
+    bars = throws_bar(quiet=conditions.quiet)
+    with closing(make_vector(ENV, line, conditions.shifts, conditions.threads)) as env, bars as bar:
         core = line_core(env)
         task = bar.add_task("shifts", total=conditions.shifts)
         controller = registry.make(conditions.controller, core)
         seed = stream_seed("evaluate", conditions.seed)
         env.reset(seed=seed)
         return run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
+
+
+def simulate(plan: Planned, conditions: Conditions, count: int, release: str | None = None) -> Floats:
+    """Recovery of a plan's first shifts in the full physics (S,)."""
+    config, bars = plan.config.simulated(), throws_bar(quiet=conditions.quiet)
+    with closing(make_vector(ENV, config, count, conditions.threads)) as env, bars as bar:
+        core = line_core(env)
+        if release is not None:
+            core.use(make_release(release, config))
+        task = bar.add_task("shifts in the full physics", total=count)
+        controller, seed = registry.make(conditions.controller, core), stream_seed("evaluate", conditions.seed)
+        shifts = run_shifts(controller, env, count, seed, lambda number: bar.advance(task, number))
+    return shifts.figures["shift_recovery"].astype(np.float64)
 
 
 def check(plan: Planned, conditions: Conditions, release: str | None = None) -> dict[str, Any] | None:
@@ -261,19 +281,9 @@ def check(plan: Planned, conditions: Conditions, release: str | None = None) -> 
     count = min(conditions.check, conditions.shifts)
     if count == 0:
         return None
-    config = plan.config.simulated()
-    with closing(make_vector(ENV, config, count, conditions.threads)) as env, throws_bar() as bar:
-        core = line_core(env)
-        if release is not None:
-            core.use(make_release(release, config))
-        task = bar.add_task("shifts in the full physics", total=count)
-        controller, seed = registry.make(conditions.controller, core), stream_seed("evaluate", conditions.seed)
-        shifts = run_shifts(controller, env, count, seed, lambda number: bar.advance(task, number))
-    simulated = shifts.figures["shift_recovery"].astype(np.float64)
-    recovery, over = (
-        metrics.interval(simulated[np.isfinite(simulated)]),
-        metrics.difference(simulated, plan.recovery[:count]),
-    )
+    simulated = simulate(plan, conditions, count, release)
+    recovery = metrics.interval(simulated[np.isfinite(simulated)])
+    over = metrics.difference(simulated, plan.recovery[:count])
     below, above = (float(np.hypot(end - over.value, plan.row["recovery_counts"])) for end in (over.low, over.high))
     return {
         "shifts": count,

@@ -83,9 +83,9 @@ def choose(plans: Sequence[Planned], recovery: float) -> tuple[Planned, bool]:
 def answer(plan: Planned, is_enough: bool, recovery: float) -> str:
     """The smallest plan that reaches the recovery, or the best one, in one sentence."""
     if is_enough:
-        return f"the smallest plan with a recovery of {percent(recovery)}: {_plan(plan.row)}"
+        return f"the smallest plan with a recovery of {percent(recovery)}: {plan_text(plan.row)}"
     return (
-        f"no plan reaches a recovery of {percent(recovery)}; the best plan, {_plan(plan.row)}, reaches "
+        f"no plan reaches a recovery of {percent(recovery)}; the best plan, {plan_text(plan.row)}, reaches "
         f"{percent(plan.row['recovery'])}"
     )
 
@@ -103,7 +103,7 @@ def check_text(checked: dict[str, Any]) -> str:
     )
 
 
-def _plan(row: dict[str, Any]) -> str:
+def plan_text(row: dict[str, Any]) -> str:
     """A plan in words."""
     robots = "1 robot" if row["robots"] == 1 else f"{row['robots']} robots"
     return f"{robots} at {row['percent']:g} % and a belt at {row['belt_speed']:g} m/s"
@@ -163,8 +163,11 @@ def _cause(plan: Planned, fate: str, share: float) -> str:
 
 def _gains_text(gains: Sequence[Gain]) -> str:
     """What changes of a plan bring, as the end of a sentence: the best ones, and those that make no difference."""
-    better = [gain for gain in gains if gain.points.low > 0.0][:BEST]
-    alike = [gain.words for gain in gains if gain.points.low <= 0.0 <= gain.points.high][:BEST]
+    # The best one of each kind, such as of all robots that were tried.
+    first = {gain.what: gain for gain in reversed(gains)}
+    kinds = [gain for gain in gains if first[gain.what] is gain]
+    better = [gain for gain in kinds if gain.points.low > 0.0][:BEST]
+    alike = [gain.words for gain in kinds if gain.points.low <= 0.0 <= gain.points.high][:BEST]
     texts = [f"{_points(gain)} with {gain.words}" for gain in better]
     rises = f"; over the same shifts recovery rises by {', by '.join(texts)}" if better else ""
     same = f"; no difference with {', with '.join(alike)}" if alike else ""

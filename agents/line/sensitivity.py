@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -103,7 +103,7 @@ def table(title: str, line: Planned, gains: Sequence[Gain]) -> Grid:
 
 def _points(points: Interval) -> tuple[str, str]:
     """A difference in points with its interval, and whether the difference is one."""
-    value, low, high = (100.0 * part for part in (points.value, points.low, points.high))
+    value, low, high = (100.0 * part for part in _ends_of(points))
     return f"{value:+.1f} ({low:+.1f}..{high:+.1f})", "yes" if points.excludes_zero else "no difference"
 
 
@@ -123,3 +123,21 @@ def draw(axes: Axes, gains: Sequence[Gain]) -> None:
     axes.invert_yaxis()
     axes.margins(x=0.2)
     dress(axes, "difference in recovery [points]; grey: no difference", "", "Which assumed number decides")
+
+
+def entries(gains: Sequence[Gain]) -> list[dict[str, Any]]:
+    """What ends of assumed numbers bring, by the names of the JSON contract."""
+    return [
+        {
+            "number": gain.what,
+            "at": gain.to,
+            "recovery": gain.recovery,
+            **{f"points{end}": value for end, value in zip(("", "_low", "_high"), _ends_of(gain.points), strict=True)},
+            "money_per_hour": gain.money_per_hour,
+        }
+        for gain in gains
+    ]
+
+
+def _ends_of(interval: Interval) -> tuple[float, float, float]:
+    return interval.value, interval.low, interval.high

@@ -136,9 +136,15 @@ def calibrate(
 
 
 def random_throws(
-    config: LineConfig, throws: int, seed: int, num_envs: int, threads: int, release: str | None = None
+    config: LineConfig,
+    throws: int,
+    seed: int,
+    num_envs: int,
+    threads: int,
+    release: str | None = None,
+    quiet: bool = False,
 ) -> Iterator[dict[str, Any]]:
-    """Columns of the throws of robots that choose at random, batch by batch.
+    """Columns of the throws of robots that choose at random, batch by batch; `quiet` shows no progress.
 
     Raises:
         UsageError: no robot throws in `MOST_EMPTY` consecutive shifts.
@@ -148,7 +154,7 @@ def random_throws(
     if release is not None and isinstance(cell.throws, SimulatedThrows):
         cell.throws.release = make_release(release, config)
     cell.reset(np.arange(num_envs), [np.random.default_rng(first + row) for row in range(num_envs)])
-    with throws_bar() as bar:
+    with throws_bar(quiet=quiet) as bar:
         task = bar.add_task("throws", total=throws)
         count = empty = 0
         while count < throws:

@@ -13,7 +13,7 @@ from ..dispatchers.decisions import make_release
 from ..dispatchers.registry import NAMES
 from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.versions import versions
-from . import plans, reasons
+from . import plans, reasons, sensitivity
 from .changes import Change, Gain, gain, possible_changes, try_changes
 from .plans import Conditions, Planned, Sweep, make_plans
 from .reasons import answer, check_text, reason
@@ -39,6 +39,8 @@ class Verdict:
     """Figures of the plan's first shifts in the full physics; None if no shift was checked."""
     gains: Sequence[Gain]
     """What changes of the plan bring, the best first."""
+    swings: Sequence[Gain]
+    """What ends of assumed numbers bring, the number that decides most first; none if no number was tried."""
     sentences: tuple[str, ...]
     """The plan, its shifts in the full physics, and the reason why it does not sort more."""
 
@@ -53,6 +55,7 @@ class Verdict:
             "checked": self.checked,
             "changes": {gain.words: gain.recovery for gain in self.gains},
             "gains": points,
+            "sensitivity": sensitivity.entries(self.swings),
             "other_release": other,
         }
 
@@ -106,7 +109,8 @@ def plan_line(
         recovery: recovery to reach.
         release: controller that corrects the throws; None for the analytic one.
         options: robots, speeds, percents, skills, minutes, burst, down; controller, shifts, seed, throws, fidelity,
-            tables, check and threads, as the command takes them.
+            tables, check, mend, sensitivity
+            and threads, as the command takes them.
 
     Raises:
         PntGymError: the level, a plan or an option is unknown or impossible.
@@ -157,18 +161,20 @@ def judge(
     used, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
     twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
     checked = plans.check(plan, conditions, release)
-    changes = possible_changes(plan.config, reasons.worst_item(plan))
+    changes = possible_changes(plan.config, reasons.worst_item(plan)) if conditions.mend else []
     gains = [
-        *try_changes(plan.config, changes, conditions, release, tell),
+        *try_changes(plan.config, changes, conditions, release),
         gain(Change("release", other, twin.config), twin, plan),
     ]
     gains.sort(key=lambda each: each.points.value, reverse=True)
+    ends = sensitivity.assumptions(plan.config) if conditions.sensitivity else []
+    swings = sensitivity.widest_first(try_changes(plan.config, ends, conditions, release)) if ends else []
     sentences = (
         answer(plan, is_enough, recovery),
         *([] if checked is None else [check_text(checked)]),
         reason(plan, gains),
     )
-    return Judged(level, conditions, judged, Verdict(plan, used, twin, other, checked, gains, sentences))
+    return Judged(level, conditions, judged, Verdict(plan, used, twin, other, checked, gains, swings, sentences))
 
 
 def check(recovery: float, sweep: Sweep, conditions: Conditions) -> None:
