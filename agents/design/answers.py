@@ -15,10 +15,12 @@ from ..line.plans import Conditions, Planned
 
 DURATION: Final = 120.0
 """Length of the shifts by which designs are judged [s], the default of `pnt-gym line plan`."""
-FIRST: Final = Conditions(shifts=4, check=0, threads=1)
+FIRST: Final = Conditions(shifts=4, check=0, threads=1, quiet=True)
 """Conditions of the provisional answer."""
-LAST: Final = Conditions(shifts=16, check=0, threads=1)
+LAST: Final = Conditions(shifts=16, check=0, threads=1, quiet=True)
 """Conditions of the settled answer."""
+SEARCH: Final = Conditions(shifts=8, check=2, threads=1, quiet=True)
+"""Conditions of a search of places, whose find is judged in the full physics."""
 KEPT: Final = 12
 """Tables of chances that are kept, of the cells judged last."""
 

@@ -75,7 +75,8 @@ def reason(state: State) -> str:
     """What keeps the design from sorting more, and which change is being tried."""
     text = sentence(state.reason.removeprefix("the reason: "))
     doing = f"{state.doing} ..." if state.doing else ""
-    return page_part(f'<div class="why">{escape(text)}</div><small>{escape(doing)}</small>')
+    note = f'<div class="gain">{escape(sentence(state.note))}.</div>' if state.note else ""
+    return page_part(f'{note}<div class="why">{escape(text)}</div><small>{escape(doing)}</small>')
 
 
 def sentence(text: str) -> str:

@@ -15,7 +15,7 @@ from ..ground.cli import UsageError
 from . import films, level_files, report, share
 from .changes import Change
 from .gate import close_server, open_server
-from .panel import STEPS, VIEWS, Panel
+from .panel import PLACES, STEPS, VIEWS, Panel
 from .scene import BeltScene
 from .session import Session, State
 from .worker import Worker
@@ -47,6 +47,7 @@ class Page:
         self._panel = Panel(self.server, self.session)
         self._panel.views.on_click(self._view)
         self._panel.steps.on_click(self._step)
+        self._panel.places.on_click(self._improve)
         with self._panel.files:
             self._add_files()
         self._is_ready = True
@@ -83,6 +84,13 @@ class Page:
 
     def _step(self, event: Any) -> None:
         dict(zip(STEPS, (self.session.undo, self.session.redo, self.session.keep), strict=True))[event.target.value]()
+
+    def _improve(self, event: Any) -> None:
+        what = event.target.value
+        if what == PLACES[-1]:
+            self.session.end_search()
+        else:
+            self.session.improve(what)
 
     def _add_files(self) -> None:
         """Add the buttons of files: what is saved goes through the browser's download."""

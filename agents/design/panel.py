@@ -25,6 +25,11 @@ VIEWS: Final = ("3D", "from above", "play 12 s")
 """Views of the line, the last one a film."""
 STEPS: Final = ("undo", "redo", "keep")
 """Steps among designs."""
+PLACES: Final = ("bins", "robots", "all", "stop")
+"""What a search places, and its end."""
+PLACES_HINT: Final = (
+    "a search of some minutes, whose find is judged in the full physics; the design stays if that disagrees"
+)
 NOBODY: Final = "nobody"
 Setter = Callable[[Any], Change]
 Getter = Callable[[LineConfig], Any]
@@ -57,6 +62,7 @@ class Panel:
         self._worth = self._gui.add_folder("What keeps it from sorting more")
         with self._worth:
             self._reason = self._gui.add_html("")
+            self.places = self._gui.add_button_group("better places", PLACES, hint=PLACES_HINT)
         with self._line:
             self._add_line()
 

@@ -5,21 +5,28 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
+from math import isfinite
 from typing import Any, Final, final
 
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import PntGymError
 
-from ..ground.cli import describe_error
+from ..ground.cli import EXTRAS, UsageError, describe_error
 from ..ground.metrics import Interval
+from ..ground.tables import percent
 from ..line import reasons
 from ..line.changes import Gain, gain, possible_changes
-from .answers import DURATION, Answer, Judge, difference
+from ..line.layouts import What
+from ..line.places import Improvement, Progress, improve
+from .answers import DURATION, SEARCH, Answer, Judge, difference
 from .changes import Change
 from .worker import Worker
 
 LONGEST: Final = 200
 """Designs that can be undone."""
+TRIES: Final = 60
+"""Layouts that a search of places tries."""
 
 
 @final
@@ -52,6 +59,8 @@ class State:
     """The settled answer to the saved design."""
     refusal: str = ""
     """Why the last change was refused; empty where it was not."""
+    note: str = ""
+    """What the last search found."""
     tried: tuple[Tried, ...] = ()
     """Changes of the answered design that were tried, the best first."""
     doing: str = ""
@@ -103,7 +112,7 @@ class Session:
         self._lock = threading.RLock()
         self._state = State(line, line)
         self._tell = tell
-        self._judge = Judge()
+        self._judge, self._ends_search = Judge(), threading.Event()
         self.worker = Worker()
         self._ask()
 
@@ -165,6 +174,15 @@ class Session:
             self._set(saved=self._state.line, saved_answer=answer if is_settled else None)
             self._ask()
 
+    def improve(self, what: What) -> None:
+        """Search for better places of bins, robots or both; the design changes if the full physics agrees."""
+        self._ends_search.clear()
+        self.worker.ask(partial(self._improve, what))
+
+    def end_search(self) -> None:
+        """End a search with what it has found so far."""
+        self._ends_search.set()
+
     def refuse(self, error: PntGymError) -> bool:
         """Tell why something was not done; False."""
         sentence = describe_error(error).replace("\n", " ")
@@ -172,7 +190,7 @@ class Session:
         return False
 
     def _go(self, line: LineConfig, **values: Any) -> None:
-        self._set(line=line, number=self._state.number + 1, refusal="", tried=(), **values)
+        self._set(line=line, number=self._state.number + 1, refusal="", note="", tried=(), **values)
         self._ask()
 
     def _set(self, **values: Any) -> None:
@@ -233,3 +251,40 @@ class Session:
                 if number == self._state.number:
                     best = sorted((*self._state.tried, tried), key=lambda each: -each.gain.points.value)
                     self._set(tried=tuple(best))
+
+    def _improve(self, what: What, is_stale: Callable[[], bool]) -> None:
+        """Search for better places, until the design changes."""
+        number = self._state.number
+
+        def tell(progress: Progress) -> None:
+            if is_stale() or number != self._state.number:
+                raise _StaleError
+            best = f"best so far {percent(progress.best)}" if isfinite(progress.best) else "none so far"
+            self._set(doing=f"{progress.stage}: {progress.tried} of {progress.tries} layouts, {best}")
+
+        try:
+            found = improve(
+                self._state.line, SEARCH, what, tries=TRIES, tell=tell, should_stop=self._ends_search.is_set
+            )
+            with self._lock:
+                if number == self._state.number:
+                    self._take(found)
+        except _StaleError:
+            pass  # the newer design is judged next
+        except ModuleNotFoundError as error:
+            self.refuse(UsageError(f"a search needs {error.name}: pip install 'pnt_gym[{EXTRAS[str(error.name)]}]'"))
+        except PntGymError as error:
+            self.refuse(error)
+        finally:
+            self._set(doing="")
+
+    def _take(self, found: Improvement) -> None:
+        """Take the places that a search found, if they are better beyond doubt."""
+        before = self._state.line
+        if found.gain.excludes_zero and found.gain.value > 0.0:
+            self._go(opened(found.config), done=(*self._state.done, before)[-LONGEST:], undone=())
+        self._set(note=found.sentence)
+
+
+class _StaleError(Exception):
+    """The design has changed, and nobody waits for the search any more."""

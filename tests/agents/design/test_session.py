@@ -11,6 +11,7 @@ from agents.design import answers, changes, figures, level_files, session
 from agents.design.session import Session, opened
 from agents.ground.metrics import Interval
 from agents.line import plans, verdict
+from agents.line.places import Improvement, Progress
 from benchmarks.design_events import act
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
@@ -144,6 +145,62 @@ def test_a_design_is_compared_with_the_kept_one(quick):
     quick.keep()
     assert quick.worker.wait()
     assert quick.state.over_saved is None
+
+
+def improvement(line, low):
+    """What a search found."""
+    found = changes.move_bin(line, 0, 0, -0.39, 0.30)
+    return Improvement(found, {}, 0.7, 0.75, Interval(0.05, low, 0.08), 4, 10)
+
+
+@pytest.mark.parametrize(("low", "is_taken"), [(0.02, True), (-0.01, False)])
+def test_places_that_are_better_beyond_doubt_become_the_design(quick, monkeypatch, low, is_taken):
+    before = quick.state.line
+    monkeypatch.setattr(session, "improve", lambda line, *_, **__: improvement(line, low))
+    assert quick.worker.wait()
+    quick.improve("bins")
+    assert quick.worker.wait()
+    assert (quick.state.line != before) == is_taken
+    assert "5.0 points" in quick.state.note
+    assert ("no difference" in quick.state.note) != is_taken
+    quick.undo()
+    assert quick.state.line == before
+
+
+def test_a_change_ends_a_search_whose_find_is_forgotten(quick, monkeypatch):
+    begun, ended = threading.Event(), []
+
+    def search(line, *_, tell, **__):
+        begun.set()
+        try:
+            while True:
+                tell(Progress("search", 1, 60, 0.5, float("-inf")))
+        except BaseException as error:
+            ended.append(type(error).__name__)
+            raise
+
+    monkeypatch.setattr(session, "improve", search)
+    assert quick.worker.wait()
+    quick.improve("all")
+    assert begun.wait(30)
+    quick.change(partial(changes.set_rate, per_minute=90.0))
+    assert quick.worker.wait()
+    assert ended == ["_StaleError"]
+    assert quick.state.is_current
+    assert quick.worker.faults == 0
+
+
+def test_a_search_can_be_ended(quick, monkeypatch):
+    def search(line, *_, should_stop, **__):
+        while not should_stop():
+            quick.end_search()
+        return improvement(line, 0.01)
+
+    monkeypatch.setattr(session, "improve", search)
+    assert quick.worker.wait()
+    quick.improve("bins")
+    assert quick.worker.wait()
+    assert quick.state.note
 
 
 def test_a_difference_with_zero_in_its_interval_is_none():
