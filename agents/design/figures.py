@@ -73,7 +73,7 @@ def panel(state: State) -> str:
 
 def reason(state: State) -> str:
     """What keeps the design from sorting more, and which change is being tried."""
-    text = sentence(state.reason.removeprefix("the reason: "))
+    text = f"{sentence(state.causes)}." if state.causes else ""
     doing = f"{state.doing} ..." if state.doing else ""
     note = f'<div class="gain">{escape(sentence(state.note))}.</div>' if state.note else ""
     return page_part(f'{note}<div class="why">{escape(text)}</div><small>{escape(doing)}</small>')

@@ -71,8 +71,8 @@ class Panel:
         for html, text in ((self._figures, figures.panel(state)), (self._reason, figures.reason(state))):
             if html.content != text:
                 html.content = text
-        if tuple(state.better[:OFFERS]) != self._tried:
-            self._offer(tuple(state.better[:OFFERS]))
+        if tuple(state.offers[:OFFERS]) != self._tried:
+            self._offer(tuple(state.offers[:OFFERS]))
         self._rebuild(state.line)
         now = time.monotonic()
         for handle, get in self._inputs:

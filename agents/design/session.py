@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite
@@ -74,16 +74,24 @@ class State:
         return self.answered == self.number
 
     @property
-    def better(self) -> list[Tried]:
-        """Changes that bring something for sure."""
-        return [each for each in self.tried if each.gain.points.low > 0.0]
+    def offers(self) -> list[Tried]:
+        """Changes in the hands of a designer that bring something for sure."""
+        return [each for each in self.tried if each.gain.points.low > 0.0 and is_same_task(self.line, each.line)]
+
+    @property
+    def causes(self) -> str:
+        """What keeps the design from sorting more; empty before the answer is settled."""
+        return self._reason(())
 
     @property
     def reason(self) -> str:
         """What keeps the design from sorting more, and what changes bring; empty before the answer is settled."""
+        return self._reason([each.gain for each in self.tried])
+
+    def _reason(self, gains: Sequence[Gain]) -> str:
         if self.answer is None or not (self.is_current and self.answer.is_settled):
             return ""
-        return reasons.reason(self.answer.plan, [each.gain for each in self.tried])
+        return reasons.reason(self.answer.plan, gains).removeprefix("the reason: ")
 
     @property
     def over_saved(self) -> Interval | None:
@@ -91,6 +99,15 @@ class State:
         if self.answer is None or self.saved_answer is None or not self.is_current or self.line == self.saved:
             return None
         return difference(self.answer, self.saved_answer) if self.answer.is_settled else None
+
+
+def is_same_task(line: LineConfig, other: LineConfig) -> bool:
+    """Whether two lines get the same objects, and neither has parts that fail less than the other's."""
+    tasks = [
+        (each.arrivals, each.down, each.cell.pick, each.cell.classifier, each.cell.bins.emptied)
+        for each in (line, other)
+    ]
+    return tasks[0] == tasks[1]
 
 
 def opened(line: LineConfig) -> LineConfig:
