@@ -30,6 +30,8 @@ SPARE: Final = 32
 """Solids for which a layer has room beyond those that it shows."""
 HIDDEN: Final = 1e-6
 """Size of a solid that is not shown."""
+NOTHING: Final = Solids(np.zeros((0, 3)), np.zeros((0, 4)), np.zeros((0, 3)), np.zeros((0, 4)))
+"""No solids."""
 GRIP: Final = 0.34
 """Size of the handles [m]."""
 CLIPPED: Final = 0.25
@@ -107,7 +109,8 @@ class BeltScene:
         self._layers = dict[str, Layer]()
         self._still: Still | None = None
         self._shown: LineConfig | None = None
-        self._handles = dict[str, tuple[Any, Floats]]()
+        self._landed: Answer | None = None
+        self._handles = dict[str, Any]()
         self._named = list[Any]()
         server.scene.set_up_direction("+z")
         server.scene.world_axes.visible = False
@@ -158,20 +161,28 @@ class BeltScene:
     def show_handles(self, are_shown: bool) -> None:
         """Show or hide all handles."""
         with self._server.atomic():
-            for handle, _ in self._handles.values():
+            for handle in self._handles.values():
                 handle.visible = are_shown
 
     def landings(self, answer: Answer | None) -> None:
         """Show where the items of a judged design come down; None for none."""
-        self._scene.remove_by_name("/landings")
-        if answer is None or answer.plan.counted is None or self._shown is None:
+        if answer is self._landed:
             return
-        points, colours = landing_cloud(self._shown, answer)
+        self._landed = answer
+        self._scene.remove_by_name("/landings")
+        if answer is None or answer.plan.counted is None:
+            return
+        points, colours = landing_cloud(answer)
         self._scene.add_point_cloud(
             "/landings", points.astype(np.float32), colours, point_size=0.02, point_shape="circle"
         )
 
     def _draw_layers(self, name: str, solids: Mapping[str, Solids]) -> None:
+        """Draw the solids of a layer by shape; shapes of which it has none any more disappear."""
+        drawn = {f"/line/{name}_{shape}" for shape in solids}
+        for key in self._layers.keys() - drawn:
+            if key.startswith(f"/line/{name}_"):
+                self._layers[key].show(NOTHING)
         for shape, group in solids.items():
             key = f"/line/{name}_{shape}"
             if key not in self._layers:
@@ -236,12 +247,12 @@ class BeltScene:
                 place = np.array([x + bin_.x, bin_.y, line.cell.bins.rim + 0.02])
                 wanted[f"/bin_{owner}_{number}"] = place, (True, True, False), _bin_mover(owner, number)
         for name in set(self._handles) - set(wanted):
-            self._handles.pop(name)[0].remove()
+            self._handles.pop(name).remove()
         for name, (place, axes, mover) in wanted.items():
             if name in self._handles:
-                self._handles[name][0].position = place
+                self._handles[name].position = place
                 continue
-            self._handles[name] = self._handle(name, place, axes, mover), place
+            self._handles[name] = self._handle(name, place, axes, mover)
 
     def _handle(
         self, name: str, place: Floats, axes: tuple[bool, bool, bool], mover: Callable[[Floats], Change]
@@ -295,12 +306,13 @@ def split(solids: Mapping[str, Solids]) -> dict[str, Solids]:
     return groups
 
 
-def landing_cloud(line: LineConfig, answer: Answer) -> tuple[Floats, Any]:
+def landing_cloud(answer: Answer) -> tuple[Floats, Any]:
     """Places at which the items come down around their bins (N, 3), and the colours of the items (N, 3)."""
     places, colours = [np.zeros((0, 3))], [np.zeros((0, 3))]
-    counted = answer.plan.counted
-    for robot in line.robots if counted is not None else ():
-        for item, points in zip(line.cell.items, counted.landings, strict=True) if counted is not None else ():
+    line, counted = answer.line, answer.plan.counted
+    landings = () if counted is None else counted.landings
+    for robot in line.robots:
+        for item, points in zip(line.cell.items, landings, strict=bool(landings)):
             bins = robot.bins or line.cell.bins.fixed
             bin_ = next((bin_ for bin_ in bins if bin_.takes(item)), None)
             if bin_ is None or (robot.skills and item not in robot.skills) or len(points) == 0:
