@@ -22,7 +22,7 @@ from .shapes import mesh, outlines
 
 FLOOR: Final = (236, 238, 241)
 REACH: Final = (76, 114, 176)
-SHARES: Final = np.array([[214, 39, 40], [244, 182, 182], [84, 190, 110]], dtype=np.uint8)
+SHARES: Final = np.array([[214, 39, 40], [244, 182, 182], [60, 175, 95]], dtype=np.uint8)
 """Colours of places from which no bin, not every bin, and every bin is reached."""
 LIFT: Final = 0.004
 """Height of the reach map over the belt [m]."""
@@ -32,7 +32,7 @@ HIDDEN: Final = 1e-6
 """Size of a solid that is not shown."""
 NOTHING: Final = Solids(np.zeros((0, 3)), np.zeros((0, 4)), np.zeros((0, 3)), np.zeros((0, 4)))
 """No solids."""
-GRIP: Final = 0.34
+GRIP: Final = 0.28
 """Size of the handles [m]."""
 CLIPPED: Final = 0.25
 """Height over the belt above which the view from above shows nothing [m]."""
@@ -209,7 +209,7 @@ class BeltScene:
             tiles.append(np.column_stack([places, np.full(len(places), height)]))
             colours.append(SHARES[np.where(count == 0, 0, np.where(count < len(reached), 1, 2))])
         position = np.concatenate([np.zeros((0, 3)), *tiles]) - [still.origin, 0.0, 0.0]
-        rgba = np.column_stack([np.concatenate([np.zeros((0, 3)), *colours]) / 255.0, np.full(len(position), 0.6)])
+        rgba = np.column_stack([np.concatenate([np.zeros((0, 3)), *colours]) / 255.0, np.full(len(position), 0.75)])
         half = np.tile([*(0.48 * size), 0.001], (len(position), 1))
         wxyz = np.tile([1.0, 0.0, 0.0, 0.0], (len(position), 1))
         self._draw_layers("reach", {"box": Solids(position, wxyz, half, rgba)})
