@@ -21,8 +21,10 @@ from .flown import SETTLED
 from .layouts import Grounds, Layout, Rectangle, What
 from .plans import Conditions, simulate
 
-GROWTH: Final = ((0.4, 128), (0.75, 256), (1.0, 512))
-"""Flights behind an estimate, up to a share of the tries."""
+FLIGHTS: Final = (128, 256, 512)
+"""Flights behind an estimate: of simple changes, of CMA-ES, and of simple changes of what it found."""
+LEADERS: Final = 4
+"""Layouts that are estimated again with more flights, because the best of many rough estimates is too good."""
 NEARER: Final = (0.1, 0.2, 0.3)
 """Ways by which all bins come nearer to the belt, for the search to begin with [m]."""
 BEGIN: Final = 0.35
@@ -116,17 +118,24 @@ class Search:
         self.grounds, self.tries, self.tried, self.stage = grounds, tries, 0, "today's layout"
         self._conditions = replace(conditions, shifts=min(conditions.shifts, SHIFTS))
         self._tell, self._should_stop = tell, should_stop
+        self.flights = FLIGHTS[0]
+        """Flights behind an estimate now."""
         self.known: dict[tuple[float, ...], tuple[float, Layout]] = {}
-        """Recovery of each possible layout by the latest estimate, and the layout, by its vector."""
+        """Recovery by as many flights of each possible layout, and the layout, by its vector."""
 
     def is_over(self, share: float = 1.0) -> bool:
         """Whether a share of the tries is used up, or the search shall end."""
         return self.tried >= share * self.tries or self._should_stop()
 
-    @property
-    def flights(self) -> int:
-        """Flights behind the next estimate: the more, the later."""
-        return next(flights for share, flights in GROWTH if self.tried <= share * self.tries or share == 1.0)
+    def refine(self, flights: int) -> None:
+        """Estimate today's and the best layouts again with more flights, and forget the rough estimates."""
+        if self.is_over():
+            return
+        before, leaders = self.known, [self.grounds.today, *self.best(LEADERS)]
+        self.flights, self.known = flights, {}
+        self.try_all(f"again with {flights} flights", leaders, 1.0)
+        if self.is_over():  # perhaps before the best ones came
+            self.known = before | self.known
 
     def best(self, count: int) -> list[Layout]:
         """The best layouts so far."""
@@ -180,7 +189,9 @@ class Search:
                 "belt, bins and what is kept free"
             )
         self.exchange(BEGIN)
+        self.refine(FLIGHTS[1])
         self.evolve(seed, END)
+        self.refine(FLIGHTS[2])
         self.exchange(1.0)
         self.stage = "settled estimates"
         self.tell()

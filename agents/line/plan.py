@@ -17,6 +17,7 @@ from ..ground.cli import option
 from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
 from ..ground.tables import console
 from . import placing, reasons, sensitivity, verdict
+from .goal import USUAL, Goal
 from .plan_picture import plan_picture
 
 
@@ -26,8 +27,10 @@ class Arguments:
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "skills3"
     """A shipped level's name or a YAML file; all plans have its stream, items, bins and values."""
-    recovery: float = 0.95
+    recovery: float = USUAL
     """Recovery to reach: share of all objects that are sorted."""
+    want: Annotated[str | None, option("the recovery", "95%|90/min")] = None
+    """What to reach instead, a recovery or sorted objects a minute; the cheapest plan that reaches it is chosen."""
     robots: Annotated[tuple[int, ...], tyro.conf.arg(metavar="N ...")] = (1, 2, 3, 4)
     """Numbers of robots to try; further robots than the level has are copies of its last robot, at equal distances."""
     speeds: Annotated[tuple[float, ...] | None, option("that of the level", "M/S ...")] = None
@@ -88,15 +91,16 @@ def main(arguments: Arguments) -> None:
         placing.place(arguments.place, vars(arguments))
         return
     placing.check_absent(vars(arguments))
-    sweep, conditions = verdict.read(vars(arguments), arguments.recovery)
+    sweep, conditions = verdict.read(vars(arguments))
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)
+    goal = Goal.of(arguments.recovery, arguments.want)
     level = verdict.load(arguments.level, arguments.release)
     levels.show(level)
-    judged = verdict.judge(level, sweep, conditions, arguments.recovery, arguments.release, console().print)
+    judged = verdict.judge(level, sweep, conditions, goal, arguments.release, console().print)
     shifts = f"{arguments.shifts} shifts of {arguments.minutes:g} min each"
     title = f"shares in %; level {arguments.level}, {shifts}, {arguments.controller}, release {judged.verdict.release}"
-    console().print(reasons.table(title, judged.plans, arguments.recovery).terminal())
+    console().print(reasons.table(title, judged.plans, goal).terminal())
     for sentence in judged.verdict.sentences:
         console().print(sentence)
     if arguments.sensitivity:
@@ -106,4 +110,4 @@ def main(arguments: Arguments) -> None:
     if arguments.json is not None:
         deliver_json(arguments.json, judged.entries)
     if arguments.picture is not None:
-        deliver_text(arguments.picture, plan_picture(judged.plans, judged.verdict, arguments.recovery))
+        deliver_text(arguments.picture, plan_picture(judged.plans, judged.verdict, goal))

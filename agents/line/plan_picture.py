@@ -17,6 +17,7 @@ from ..ground.drawings import COLOURS, Axes, dress, stacked_panels, svg
 from ..ground.tables import percent
 from ..judging.losses import FATES, WORDS
 from . import sensitivity
+from .goal import Goal
 from .plans import Planned
 from .verdict import Verdict
 
@@ -125,8 +126,8 @@ NOWHERE: Final = np.zeros((0, 2))
 """No landings."""
 
 
-def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) -> str:
-    """Picture of all plans and, in more detail, of the plan of their verdict, as SVG; with the recovery to reach."""
+def plan_picture(plans: Sequence[Planned], verdict: Verdict, goal: Goal) -> str:
+    """Picture of all plans and, in more detail, of the plan of their verdict, as SVG; with the goal of the plans."""
     plan = verdict.plan
     releases = (verdict.release, plan), (verdict.other_release, verdict.twin)
     order = itemgetter("robots", "skills", "percent", "belt_speed")
@@ -152,8 +153,10 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
         left += share
     for index, each in enumerate(ordered):
         fates.text(1.0, index, percent(each.row["recovery"]), va="center", fontsize=8, color="white")
-    fates.axvline(100.0 * recovery, color="black", linewidth=0.8, linestyle="--")
-    title = f"What became of the objects (dashed: {percent(recovery)})"
+    title = "What became of the objects"
+    if goal.figure == "recovery":
+        fates.axvline(100.0 * goal.least, color="black", linewidth=0.8, linestyle="--")
+        title += f" (dashed: {percent(goal.least)})"
     dress(fates, "share of the objects that came [%]", "", title, xlim=(0.0, 100.0))
     # Joules for each sorted object.
     joules = [plan.row["energy_per_sorted_j"] for plan in ordered]

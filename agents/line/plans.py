@@ -229,8 +229,8 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
         "recovery_counts": spread,
         "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
         "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
+        **_pace(shifts, spread),
         **with_interval("value_per_min", shifts.value),
-        **with_interval("sorted_per_min", shifts.figures["shift_sorted_per_min"]),
         **with_interval("purity", shifts.figures["shift_purity"]),
         "utilisation": shifts.figures["shift_utilisation"].mean(axis=0).tolist(),
         "fates": fates.shares(),
@@ -246,6 +246,18 @@ def with_interval(name: str, values: Floats) -> dict[str, float]:
     """A figure's mean over shifts and its interval, by names; shifts that have no such figure are left out."""
     interval = metrics.interval(values[np.isfinite(values)])
     return {name: interval.value, f"{name}_low": interval.low, f"{name}_high": interval.high}
+
+
+def _pace(shifts: Shifts, spread: float) -> dict[str, float]:
+    """Sorted objects a minute with their interval, which holds the spread of a recovery by the table's counts."""
+    pace = metrics.interval(shifts.figures["shift_sorted_per_min"])
+    shares = shifts.figures["shift_recovery"].astype(np.float64)
+    wide = spread * pace.value / max(float(np.nanmean(shares)), 1e-9)
+    return {
+        "sorted_per_min": pace.value,
+        "sorted_per_min_low": pace.value - float(np.hypot(pace.value - pace.low, wide)),
+        "sorted_per_min_high": pace.value + float(np.hypot(pace.high - pace.value, wide)),
+    }
 
 
 def work(line: LineConfig, conditions: Conditions) -> Shifts:

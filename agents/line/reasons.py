@@ -11,6 +11,7 @@ import numpy as np
 from ..ground.tables import Grid, percent
 from ..judging.losses import FATES
 from .changes import Gain
+from .goal import Goal
 from .plans import Planned
 
 MAJOR: Final = 0.25
@@ -33,14 +34,14 @@ ENDED: Final = ("unsealed", "passed", "out_of_reach")
 """Fates of objects that passed the end of the belt."""
 
 
-def table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
+def table(title: str, plans: Sequence[Planned], goal: Goal) -> Grid:
     """Table of all plans, with the causes for which objects were not sorted.
 
     What is the same in all plans stands in the title, because a terminal has room for about twelve columns.
     """
-    header = ["robots", "skills", "belt", "limits", "recovery", "value/min", "at work"]
+    header = ["robots", "skills", "belt", "limits", "recovery", "sorted/min", "value/min", "at work"]
     header += ["missed", "unsealed", "not tried", "out of reach", "worst item", "J each", "money/h", "enough"]
-    rows = [_row(plan, recovery) for plan in plans]
+    rows = [_row(plan, goal) for plan in plans]
     # Money that no level names would only take room.
     idle = {"money/h"} if all(plan.row["money_per_hour"] is None for plan in plans) else set[str]()
     alike = [name for name in ("skills", "belt", "limits") if len({row[header.index(name)] for row in rows}) == 1]
@@ -50,7 +51,7 @@ def table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
     return Grid(", ".join(parts), [header[index] for index in kept], cells)
 
 
-def _row(plan: Planned, recovery: float) -> list[str]:
+def _row(plan: Planned, goal: Goal) -> list[str]:
     row, fates = plan.row, plan.row["fates"]
     # The item of which the least share is sorted, among those that came.
     came = [item for item, count in zip(plan.config.cell.items, plan.row["arrived"], strict=True) if count > 0.0]
@@ -62,31 +63,41 @@ def _row(plan: Planned, recovery: float) -> list[str]:
         f"{row['belt_speed']:.2f} m/s",
         f"{row['percent']:g} %",
         f"{100 * row['recovery']:.1f} ({100 * row['recovery_low']:.1f}..{100 * row['recovery_high']:.1f})",
+        f"{row['sorted_per_min']:.1f}",
         f"{row['value_per_min']:.1f}",
         " ".join(f"{100 * share:.0f}" for share in row["utilisation"]),
         *(f"{100 * share:.1f}" for share in (sum(fates[n] for n in THROWN), *(fates[n] for n in ENDED))),
         f"{worst} {100 * row['fates_by_item'][worst]['sorted']:.1f}",
         "-" if energy is None else f"{energy:.1f}",
         "-" if money is None else f"{money:.2f}",
-        "yes" if row["recovery_low"] >= recovery else "no",
+        "yes" if goal.is_reached(row) else "no",
     ]
 
 
-def choose(plans: Sequence[Planned], recovery: float) -> tuple[Planned, bool]:
-    """The smallest plan that reaches a recovery, or else the best plan; and whether the plan reaches it."""
-    enough = [plan for plan in plans if plan.row["recovery_low"] >= recovery]
+def choose(plans: Sequence[Planned], goal: Goal) -> tuple[Planned, bool]:
+    """The cheapest plan that reaches a goal, or else the best plan; and whether the plan reaches it.
+
+    The cheapest plan is the one that earns the most where the level names costs, and the smallest one elsewhere.
+    """
+    enough = [plan for plan in plans if goal.is_reached(plan.row)]
     if not enough:
-        return max(plans, key=lambda plan: plan.row["recovery"]), False
-    return min(enough, key=lambda plan: (plan.row["robots"], plan.row["percent"], plan.row["belt_speed"])), True
+        return max(plans, key=lambda plan: plan.row[goal.figure]), False
+    return min(enough, key=lambda plan: (-(plan.row["money_per_hour"] or 0.0), *_size(plan))), True
 
 
-def answer(plan: Planned, is_enough: bool, recovery: float) -> str:
-    """The smallest plan that reaches the recovery, or the best one, in one sentence."""
+def _size(plan: Planned) -> tuple[float, ...]:
+    """Numbers by which plans are ordered, the smallest first."""
+    return plan.row["robots"], plan.row["percent"], plan.row["belt_speed"]
+
+
+def answer(plan: Planned, is_enough: bool, goal: Goal) -> str:
+    """The cheapest plan that reaches a goal, or the best one, in one sentence."""
+    which = "smallest" if plan.row["money_per_hour"] is None else "cheapest"
     if is_enough:
-        return f"the smallest plan with a recovery of {percent(recovery)}: {plan_text(plan.row)}"
+        return f"the {which} plan with {goal.amount(goal.least)}: {plan_text(plan.row)}"
     return (
-        f"no plan reaches a recovery of {percent(recovery)}; the best plan, {plan_text(plan.row)}, reaches "
-        f"{percent(plan.row['recovery'])}"
+        f"no plan reaches {goal.amount(goal.least)}; the best plan, {plan_text(plan.row)}, reaches "
+        f"{goal.amount(plan.row[goal.figure]).removeprefix('a recovery of ')}"
     )
 
 

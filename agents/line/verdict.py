@@ -15,6 +15,7 @@ from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.versions import versions
 from . import plans, reasons, sensitivity
 from .changes import Change, Gain, gain, possible_changes, try_changes
+from .goal import USUAL, Goal
 from .plans import Conditions, Planned, Sweep, make_plans
 from .reasons import answer, check_text, reason
 
@@ -66,16 +67,14 @@ def judge_again(plan: Planned, conditions: Conditions, release: str | None) -> P
     return plans.judge(plan.numbers, config, conditions, release, recount=True)
 
 
-def recount_chosen(
-    plans: Sequence[Planned], recovery: float, conditions: Conditions, release: str | None
-) -> list[Planned]:
+def recount_chosen(plans: Sequence[Planned], goal: Goal, conditions: Conditions, release: str | None) -> list[Planned]:
     """The plans, of which the chosen one has chances of the throws that its own controller chooses.
 
     If such chances make another plan the chosen one, that plan is judged again too.
     """
     judged, recounted = list(plans), set[int]()
     while True:
-        chosen, _ = reasons.choose(judged, recovery)
+        chosen, _ = reasons.choose(judged, goal)
         index = next(place for place, plan in enumerate(judged) if plan is chosen)
         if index in recounted:
             return judged
@@ -100,13 +99,19 @@ class Judged:
 
 
 def plan_line(
-    level: str | Path = "skills3", *, recovery: float = 0.95, release: str | None = None, **options: Any
+    level: str | Path = "skills3",
+    *,
+    recovery: float = USUAL,
+    want: str | None = None,
+    release: str | None = None,
+    **options: Any,
 ) -> dict[str, Any]:
     """Judge plans of a line; returns what `pnt-gym line plan --json` writes.
 
     Args:
         level: a shipped level's name or a YAML file.
         recovery: recovery to reach.
+        want: instead of it a recovery or a pace to reach, such as 95% or 90/min.
         release: controller that corrects the throws; None for the analytic one.
         options: robots, speeds, percents, skills, minutes, burst, down; controller, shifts, seed, throws, fidelity,
             tables, check, mend, sensitivity
@@ -115,21 +120,21 @@ def plan_line(
     Raises:
         PntGymError: the level, a plan or an option is unknown or impossible.
     """
-    known = ("level", "recovery", "release", *Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
+    known = ("level", "recovery", "want", "release", *Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
     check_known("argument", options, known)
-    return judge(load(level, release), *read(options, recovery), recovery, release).entries
+    return judge(load(level, release), *read(options), Goal.of(recovery, want), release).entries
 
 
-def read(options: Mapping[str, Any], recovery: float) -> tuple[Sweep, Conditions]:
+def read(options: Mapping[str, Any]) -> tuple[Sweep, Conditions]:
     """Plans to judge and their conditions, from options by name; an option that is missing has its default.
 
     Raises:
-        UsageError: an option or the recovery is impossible.
+        UsageError: an option is impossible.
     """
     at_least(options, **{name: bound for name, bound in LEAST.items() if name in options})
     sweep = typed(Sweep, {name: options[name] for name in Sweep.__dataclass_fields__ if name in options})
     conditions = typed(Conditions, {name: options[name] for name in Conditions.__dataclass_fields__ if name in options})
-    check(recovery, sweep, conditions)
+    check(sweep, conditions)
     return sweep, conditions
 
 
@@ -145,7 +150,7 @@ def judge(
     level: LineConfig,
     sweep: Sweep,
     conditions: Conditions,
-    recovery: float,
+    goal: Goal,
     release: str | None,
     tell: Callable[[str], object] = lambda text: None,
 ) -> Judged:
@@ -156,8 +161,8 @@ def judge(
         tell(f"plan {number} of {len(asked)}: {text}")
         judged.append(plans.judge(numbers, config, conditions, release))
     if conditions.fidelity == "full":
-        judged = recount_chosen(judged, recovery, conditions, release)
-    plan, is_enough = reasons.choose(judged, recovery)
+        judged = recount_chosen(judged, goal, conditions, release)
+    plan, is_enough = reasons.choose(judged, goal)
     used, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
     twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
     checked = plans.check(plan, conditions, release)
@@ -170,21 +175,19 @@ def judge(
     ends = sensitivity.assumptions(plan.config) if conditions.sensitivity else []
     swings = sensitivity.widest_first(try_changes(plan.config, ends, conditions, release)) if ends else []
     sentences = (
-        answer(plan, is_enough, recovery),
+        answer(plan, is_enough, goal),
         *([] if checked is None else [check_text(checked)]),
         reason(plan, gains),
     )
     return Judged(level, conditions, judged, Verdict(plan, used, twin, other, checked, gains, swings, sentences))
 
 
-def check(recovery: float, sweep: Sweep, conditions: Conditions) -> None:
-    """Make sure that a recovery, numbers of robots, a controller and a number of checked shifts are possible.
+def check(sweep: Sweep, conditions: Conditions) -> None:
+    """Make sure that numbers of robots, a controller and a number of checked shifts are possible.
 
     Raises:
         UsageError: one of them is not.
     """
-    if not isinstance(recovery, float | int) or not 0.0 < recovery < 1.0:
-        raise UsageError(f"--recovery is {recovery!r}; it must lie between 0 and 1")
     if not (sweep.robots and all(1 <= count <= MOST_ROBOTS for count in sweep.robots)):
         raise UsageError(f"--robots is {sweep.robots}; a line has 1 to {MOST_ROBOTS} robots")
     sweeps = {name: getattr(sweep, name) or () for name in ("robots", "speeds", "percents", "skills")}

@@ -8,10 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from agents.ground.cli import UsageError
 from agents.ground.metrics import Interval
 from agents.line import placing
 from agents.line.layouts import Grounds
 from agents.line.places import Improvement, Search, improve
+from agents.line.plan import Arguments
 from agents.line.plans import Conditions
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
@@ -48,7 +50,14 @@ def test_a_search_comes_near_the_best_places(searched):
     assert 60 < search.tried <= 120
     assert [search.grounds.violation(layout) for layout in found] == [0.0] * 3
     assert [told[0].tried, told[-1].tried] == [1, search.tried]
-    assert {one.stage for one in told} == {"bins nearer to the belt", "bins exchanged", "search", "settled estimates"}
+    assert {one.stage for one in told} == {
+        "bins nearer to the belt",
+        "bins exchanged",
+        "again with 256 flights",
+        "search",
+        "again with 512 flights",
+        "settled estimates",
+    }
     assert all(one.today <= one.best for one in told)
     again = make(120)
     assert np.array_equal(again.run(0)[0].bins, found[0].bins)
@@ -80,12 +89,12 @@ def test_layouts_that_are_no_line_cost_no_estimate_and_never_end_a_search(monkey
 
 def test_an_improvement_is_judged_in_the_full_physics(monkeypatch):
     monkeypatch.setattr("agents.line.places.SETTLED", 32)
-    monkeypatch.setattr("agents.line.places.GROWTH", ((1.0, 32),))
+    monkeypatch.setattr("agents.line.places.FLIGHTS", (32, 48, 64))
     told = []
     conditions = Conditions(shifts=2, check=2, threads=1)
     line = LineConfig.load("single", duration=5.0)
-    found = improve(line, conditions, "bins", tries=2, tell=told.append)
-    assert found.tried == 2
+    found = improve(line, conditions, "bins", tries=6, tell=told.append)
+    assert found.tried == 6
     assert found.shifts == 4
     assert found.gain.value == pytest.approx(found.found - found.today)
     assert found.gain.low <= found.gain.value <= found.gain.high
@@ -156,3 +165,20 @@ def test_the_first_interrupt_ends_the_search_and_the_second_the_command():
     for number in (signal.SIGINT, signal.SIGTERM):
         with pytest.raises(KeyboardInterrupt):
             stop(number, None)
+
+
+def test_with_a_goal_robots_are_added_until_the_best_places_reach_it(monkeypatch, tmp_path):
+    lines, interval = [], Interval(0.02, 0.01, 0.03)
+
+    def found_places(line, *_, **__):
+        lines.append(line)
+        return Improvement(line, {}, 0.5, 0.52, interval, 4, 1)
+
+    monkeypatch.setattr(placing, "improve", found_places)
+    file = tmp_path / "more.yaml"
+    options = vars(Arguments(place="bins", want="55%", shifts=2, minutes=0.5, throws=100, write=file, mend=False))
+    placing.place("bins", options)
+    assert [len(line.robots) for line in lines] == [1, 2, 3]
+    assert len(LineConfig.load(file).robots) == 3
+    with pytest.raises(UsageError, match="keeps robots, speeds, limits, skills and throws: leave --robots out"):
+        placing.place("bins", vars(Arguments(place="bins", robots=(2,))))

@@ -12,6 +12,7 @@ from agents.judging.losses import FATES, Counted, Fates
 from agents.judging.shifts import Shifts
 from agents.line import reasons, verdict
 from agents.line.changes import Gain, possible_changes
+from agents.line.goal import Goal
 from agents.line.plans import (
     Conditions,
     Planned,
@@ -96,7 +97,15 @@ def planned(recovery, *items, robots=3, work=(0.95, 0.5, 0.5), **numbers):
     fates = {fate: float(np.dot([of[fate] for of in shares.values()], arrived)) / 100.0 for fate in FATES}
     row = {"robots": robots, "belt_speed": 0.4, "percent": 60.0, "skills": "level", **numbers}
     row |= {"recovery": recovery, "recovery_low": recovery - 0.02, "recovery_high": recovery + 0.02}
-    row |= {"fates": fates, "fates_by_item": shares, "arrived": arrived, "utilisation": work, "value_per_min": 9.0}
+    row |= {
+        "fates": fates,
+        "fates_by_item": shares,
+        "arrived": arrived,
+        "utilisation": work,
+        "value_per_min": 9.0,
+        "sorted_per_min": 50.0 * recovery,
+    }
+    row |= {"sorted_per_min_low": 50.0 * recovery - 1.0}
     row |= {"energy_per_sorted_j": 40.0, "money_per_hour": None}
     return Planned(config, None, row, np.full(16, recovery))
 
@@ -165,7 +174,7 @@ def test_the_chosen_plan_is_judged_by_its_own_throws_until_it_stays_the_chosen_o
     two, three, four = (planned(share, WELL, WELL, WELL, robots=n) for n, share in ((2, 0.97), (3, 0.96), (4, 0.8)))
     again = {2: planned(0.9, WELL, WELL, WELL, robots=2), 3: planned(0.95, WELL, WELL, WELL, robots=3)}
     monkeypatch.setattr(verdict, "judge_again", lambda plan, *_: again[plan.row["robots"]])
-    plans = verdict.recount_chosen([two, three, four], 0.92, Conditions(), None)
+    plans = verdict.recount_chosen([two, three, four], Goal.of(0.92), Conditions(), None)
     assert plans[0] is again[2]
     assert plans[1] is again[3]
     assert plans[2] is four
@@ -173,14 +182,35 @@ def test_the_chosen_plan_is_judged_by_its_own_throws_until_it_stays_the_chosen_o
 
 def test_the_table_names_causes_and_the_worst_item():
     plans = [planned(0.97, WELL, WELL, WELL, robots=4), planned(0.7, WELL, (50, 0, 1, 0, 2, 47, 0), WELL)]
-    assert reasons.choose(plans, 0.9) == (plans[0], True)
-    assert reasons.choose(plans, 0.99) == (plans[0], False)
-    table = reasons.table("x", plans, 0.9)
+    assert reasons.choose(plans, Goal.of(0.9)) == (plans[0], True)
+    assert reasons.choose(plans, Goal.of(0.99)) == (plans[0], False)
+    table = reasons.table("x", plans, Goal.of(0.9))
     assert not {"skills", "belt", "limits", "money/h"} & set(table.header)
     assert table.headline == f"x, belt {plans[0].row['belt_speed']:.2f} m/s, limits {plans[0].row['percent']:g} %"
     second = dict(zip(table.header, table.rows[1], strict=True))
     assert (second["worst item"], second["missed"], second["not tried"]) == ("brick 50.0", "1.0", "14.8")
     assert [row[-1] for row in table.rows] == ["yes", "no"]
+
+
+def test_the_cheapest_plan_that_reaches_a_pace_is_chosen():
+    plans = [planned(share, WELL, WELL, WELL, robots=n) for n, share in ((2, 0.7), (3, 0.9), (4, 0.95))]
+    goal = Goal.of(want="40/min")
+    assert reasons.choose(plans, goal) == (plans[1], True)
+    assert reasons.answer(plans[1], True, goal).startswith("the smallest plan with 40.0 sorted a minute: 3 robots")
+    for plan, money in zip(plans, (1.0, 2.0, 3.0), strict=True):
+        plan.row["money_per_hour"] = money
+    assert reasons.choose(plans, goal) == (plans[2], True)
+    assert reasons.answer(plans[2], True, goal).startswith("the cheapest plan with 40.0 sorted")
+    assert reasons.answer(plans[2], False, Goal.of(want="60 / min")).endswith("reaches 47.5 sorted a minute")
+    assert Goal.of(want="99 %") == Goal("recovery", 0.99)
+
+
+@pytest.mark.parametrize("want", ["95", "0%", "100%", "-3/min", "0/min", "fast", "90/h", "nan%"])
+def test_what_is_wanted_is_a_recovery_or_a_pace(want):
+    with pytest.raises(UsageError, match=r"--want is .*; it must be a recovery below 100 % or a pace"):
+        Goal.of(want=want)
+    with pytest.raises(UsageError, match=r"leave one of them out"):
+        Goal.of(0.9, "95%")
 
 
 def test_the_full_physics_is_said_to_agree_or_not():
