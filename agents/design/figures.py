@@ -54,6 +54,8 @@ def figures(answer: Answer) -> Iterator[Figure]:
 
 
 def _figure(name: str, row: dict[str, Any], key: str, scale: float, digits: int, unit: str) -> Figure:
+    if row[key] is None:
+        return Figure(name, "none", "nothing is sorted")
     value, low, high = (scale * row[part] for part in (key, f"{key}_low", f"{key}_high"))
     return Figure(name, f"{value:.{digits}f}{unit}", f"{low:.{digits}f}..{high:.{digits}f}")
 

@@ -242,9 +242,12 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
     return Planned(line, counted, {**numbers, **figures}, shares)
 
 
-def with_interval(name: str, values: Floats) -> dict[str, float]:
-    """A figure's mean over shifts and its interval, by names; shifts that have no such figure are left out."""
-    interval = metrics.interval(values[np.isfinite(values)])
+def with_interval(name: str, values: Floats) -> dict[str, float | None]:
+    """A figure's mean over shifts and its interval, by names; without shifts that have no such figure, None for none."""
+    known = values[np.isfinite(values)]
+    if known.size == 0:  # nothing is sorted, and so there is no purity
+        return {name: None, f"{name}_low": None, f"{name}_high": None}
+    interval = metrics.interval(known)
     return {name: interval.value, f"{name}_low": interval.low, f"{name}_high": interval.high}
 
 

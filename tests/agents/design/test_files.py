@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from agents import play
-from agents.design import changes, films, report, share, shapes
+from agents.design import changes, films, report, shapes, share
 from agents.design.answers import Judge
 from agents.design.assumptions import assumptions
 from agents.design.level_files import line_of_text

@@ -274,7 +274,13 @@ def test_names_of_a_level_are_no_html(quick, judge):
     assert "<img" not in figures.panel(quick.state)
 
 
-def test_no_objects_and_a_fault_are_told_and_the_page_goes_on(quick, judge, monkeypatch, capsys):
+def test_a_line_that_sorts_nothing_has_no_purity(judge):
+    row = {**judge.example.row, **plans.with_interval("purity", np.full(4, np.nan))}
+    answer = replace(judge.example, plan=replace(judge.example.plan, row=row))
+    assert [figure.value for figure in figures.figures(answer) if figure.name == "purity"] == ["none"]
+
+
+def test_a_fault_is_told_and_the_page_goes_on(quick, judge, monkeypatch, capsys):
     def broken(line, is_settled):
         raise ZeroDivisionError
 
