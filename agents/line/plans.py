@@ -243,7 +243,7 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
 
 
 def with_interval(name: str, values: Floats) -> dict[str, float | None]:
-    """A figure's mean over shifts and its interval, by names; without shifts that have no such figure, None for none."""
+    """A figure's mean over shifts and its interval, by names; shifts without the figure do not count."""
     known = values[np.isfinite(values)]
     if known.size == 0:  # nothing is sorted, and so there is no purity
         return {name: None, f"{name}_low": None, f"{name}_high": None}

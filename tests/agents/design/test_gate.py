@@ -1,5 +1,6 @@
 """The gate of the page: who is let in to viser's server, without a browser."""
 
+import importlib.util
 import re
 import urllib.request
 from contextlib import closing
@@ -12,9 +13,10 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
+from agents.design import __main__ as command
 from agents.design import gate
 from agents.design.gate import cookie_name, guarded, new_token
-from agents.ground.cli import UsageError
+from agents.ground.cli import EXTRAS, UsageError
 from agents.pictures.door import open_front
 from tests.agents.design.conftest import served
 
@@ -104,3 +106,16 @@ def test_websockets_serves_as_before_outside_of_the_context():
 def test_no_tunnel_to_another_host_can_be_asked_for():
     with closing(served(open_front("127.0.0.1"), TOKEN)) as page:
         assert _messages.ShareUrlRequest not in page.server._websock_server._incoming_handlers
+
+
+def test_the_command_refuses_a_wrong_port_host_and_a_missing_extra(monkeypatch):
+    with pytest.raises(UsageError, match="--port is 0; it must be from 1 to 65535"):
+        command.main(command.Arguments(port=0))
+    with pytest.raises(UsageError, match="--host is 'nowhere'"):
+        command.main(command.Arguments(host="nowhere"))
+    with open_front("127.0.0.1") as front, pytest.raises(UsageError, match="is in use"):
+        command.main(command.Arguments(port=front.getsockname()[1]))
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(ModuleNotFoundError) as missing:
+        command.main(command.Arguments())
+    assert EXTRAS[missing.value.name] == "design"

@@ -250,7 +250,7 @@ def test_a_settled_answer_is_that_of_line_plan_to_the_bit():
     found = judge.answer(line, True)
     again = level_files.line_of_text(level_files.text_of_line(line), "saved")
     # The way of `pnt-gym line plan --level saved.yaml --fidelity flight --robots 1`.
-    sweep, conditions = verdict.read({"check": 0, "fidelity": "flight", "robots": (1,)}, 0.95)
+    sweep, conditions = verdict.read({"check": 0, "fidelity": "flight", "robots": (1,)})
     ((numbers, config),) = plans.make_plans(again, sweep)
     row = plans.judge(numbers, config, conditions).row
     assert {name: row[name] for name in found.row} == found.row
