@@ -67,8 +67,9 @@ def write_models(folder: Path) -> None:
 
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise UsageError(f"--mjcf is {str(folder)!r}, which exists and is not empty; give another folder")
-    licence = distribution("pnt_gym").read_text("licenses/LICENSE")
-    for path, text in write_texts(licence or "MIT License, the pnt_gym authors\n").items():
+    package = distribution("pnt_gym")
+    licence = package.read_text("licenses/LICENSE") or "MIT License, the pnt_gym authors\n"
+    for path, text in write_texts(licence, package.version).items():
         deliver_text(folder / path, text)
     console().print(
         f"{folder} has the robots {' and '.join(MODELS)}; begin with {folder / next(iter(MODELS)) / 'scene.xml'}"

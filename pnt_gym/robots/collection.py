@@ -8,7 +8,6 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym import __version__
 from pnt_gym.arrays import Floats
 from pnt_gym.engine import MjSpec, mujoco
 from pnt_gym.robots.gripper import model as gripper
@@ -63,13 +62,13 @@ class Model:
     """Height of the hand at home [m]."""
 
 
-def write_texts(licence: str) -> dict[str, str]:
-    """Texts of all files of the collection, by their paths within it; `licence` is the text of the licence."""
+def write_texts(licence: str, version: str) -> dict[str, str]:
+    """Texts of all files of the collection by their paths within it, with the licence and the version of pnt_gym."""
     texts = dict[str, str]()
     for name, make in MODELS.items():
         model = make()
         words: dict[str, Any] = {"name": name, "title": model.title, "about": model.about, "floor": model.hand - BELOW}
-        words |= {"motors": len(list(model.spec.actuators)), "engine": mujoco.__version__, "version": __version__}
+        words |= {"motors": len(list(model.spec.actuators)), "engine": mujoco.__version__, "version": version}
         texts[f"{name}/{name}.xml"] = model.spec.to_xml()
         texts[f"{name}/scene.xml"] = SCENE.format(**words)
         texts[f"{name}/README.md"] = NOTES.format(**words)
