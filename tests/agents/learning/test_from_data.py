@@ -23,8 +23,8 @@ def toy(mean, deviation, count=3000):
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    monkeypatch.setattr(from_data, "CRITIC_STEPS", 600)
-    monkeypatch.setattr(from_data, "POLICY_STEPS", 300)
+    monkeypatch.setattr(from_data, "CRITIC_STEPS", 400)
+    monkeypatch.setattr(from_data, "POLICY_STEPS", 200)
 
 
 def misses(learn, lesson, seed=0):
