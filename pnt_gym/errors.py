@@ -30,6 +30,10 @@ class PntGymError(ValueError):
         return "\n- ".join(one_sentence(part, 500) for part in self.args)
 
 
+class ReachWarning(UserWarning):
+    """A part of a line's objects is out of reach of its robots."""
+
+
 class ConfigError(PntGymError):
     """A level, a config file or a setting that describes no working cell."""
 

@@ -32,12 +32,12 @@ def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:
     """
     final = info.get("final_info", {})
     over = np.asarray(info.get("_final_info", np.zeros(count, dtype=np.bool_)))
-    columns: dict[str, NDArray[Any]] = {}
+    columns, has_ended = dict[str, NDArray[Any]](), bool(over.any())
     for name in {**info, **final}:
         if name not in ("kind", EPISODE_SUCCESS) and not name.startswith("_"):
             values = np.asarray(info.get(name, final.get(name)))
             if values.shape == (count,) and values.dtype.kind in "biuf":
-                columns[name] = np.where(over, final.get(name, values), values)
+                columns[name] = np.where(over, final.get(name, values), values) if has_ended else values.copy()
     if "dropped" in columns:
         lost = columns["dropped"].astype(np.bool_)
         columns |= {name: np.where(lost, np.nan, columns[name]) for name in LANDING if name in columns}

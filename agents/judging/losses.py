@@ -21,9 +21,10 @@ ENTRY: Final = "counted"
 """Entry of a table's file."""
 LANDINGS: Final = 60
 """Landings of each item that are kept at most, for pictures."""
-FATES: Final = ("sorted", "misplaced", "missed", "lost", "unsealed", "passed")
+FATES: Final = ("sorted", "misplaced", "missed", "lost", "unsealed", "passed", "out_of_reach")
 """Fates of objects: in a bin that takes the object; in another bin; thrown into no bin; lost from the cup on the way;
-past the end after picks that did not seal; past the end without a pick."""
+past the end after picks that did not seal; past the end without a pick, though a robot could have thrown the object;
+past the end, because no robot can throw the object from where it lies into a bin that takes it."""
 WORDS: Final[Mapping[str, str]] = {
     "sorted": "sorted",
     "misplaced": "in a wrong bin",
@@ -31,6 +32,7 @@ WORDS: Final[Mapping[str, str]] = {
     "lost": "lost on the way to the release",
     "unsealed": "passed the end, cup did not seal",
     "passed": "passed the end, not tried",
+    "out_of_reach": "passed the end, out of reach",
 }
 """Fates in words."""
 
@@ -165,9 +167,9 @@ class Fates:
             config: level of the line.
             counted: what became of the throws behind the table; used where a table gave the results.
         """
-        sorted_, misplaced, floor, passed, tried = (
+        sorted_, misplaced, floor, passed, tried, unreached = (
             shifts.figures[f"shift_{name}_by_item"].astype(np.float64)
-            for name in ("sorted", "misplaced", "on_floor", "passed", "passed_tried")
+            for name in ("sorted", "misplaced", "on_floor", "passed", "passed_tried", "out_of_reach")
         )
         if "lost" in shifts.decisions:
             # Numbers of objects that were lost on the way by shift and item (S, K).
@@ -181,8 +183,8 @@ class Fates:
             lost, strayed, splits = floor * lost_share, floor * strayed_share, True
         else:
             lost, strayed, splits = np.zeros_like(floor), np.zeros_like(floor), False
-        columns = sorted_, misplaced + strayed, floor - lost - strayed, lost, tried, passed - tried
-        return cls(np.stack(columns, axis=-1), splits)
+        thrown = sorted_, misplaced + strayed, floor - lost - strayed, lost
+        return cls(np.stack([*thrown, tried, passed - tried - unreached, unreached], axis=-1), splits)
 
     def shares(self) -> dict[str, float]:
         """Share of each fate among all objects that came; empty where none came."""

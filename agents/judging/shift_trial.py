@@ -206,7 +206,7 @@ class ShiftTrial(Trial):
         cls, name: str, levels: Sequence[LineConfig], options: Mapping[str, Any]
     ) -> list[tuple[str, str]]:
         """The guide of the guided planner on each level, and the user's files of tables of throws."""
-        tables = [("chances", level.chances) for level in levels if level.chances is not None]
+        tables = [("chances", level.chances) for level in levels if isinstance(level.chances, str)]
         if name != GUIDED:
             return tables
         settings = [tuned_settings(level.name, name, len(level.robots)) for level in levels]

@@ -16,6 +16,8 @@ from pnt_gym.cells.line.scene import belt_extent
 from ..ground.drawings import COLOURS, Axes, dress, stacked_panels, svg
 from ..ground.tables import percent
 from ..judging.losses import FATES, WORDS
+from . import sensitivity
+from .goal import Goal
 from .plans import Planned
 from .verdict import Verdict
 
@@ -112,7 +114,7 @@ def _arriving(cell: LineCell, robot: int) -> dict[int, tuple[Floats, Bools]]:
 
 WIDTH: Final = 6.4
 """Width of the picture, at which its words are read on a narrow screen too [in]."""
-FATE_COLOURS: Final = ("#55a868", "#8172b3", "#c44e52", "#dd8452", "#ccb974", "#b0b0b0")
+FATE_COLOURS: Final = ("#55a868", "#8172b3", "#c44e52", "#dd8452", "#ccb974", "#b0b0b0", "#555555")
 """Colours of the fates, in their order."""
 ROW: Final = 0.3
 """Height of a plan's bar [in]."""
@@ -124,15 +126,21 @@ NOWHERE: Final = np.zeros((0, 2))
 """No landings."""
 
 
-def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) -> str:
-    """Picture of all plans and, in more detail, of the plan of their verdict, as SVG; with the recovery to reach."""
+def plan_picture(plans: Sequence[Planned], verdict: Verdict, goal: Goal) -> str:
+    """Picture of all plans and, in more detail, of the plan of their verdict, as SVG; with the goal of the plans."""
     plan = verdict.plan
     releases = (verdict.release, plan), (verdict.other_release, verdict.twin)
     order = itemgetter("robots", "skills", "percent", "belt_speed")
     ordered = sorted(plans, key=lambda each: order(each.row))
     items = len(plan.config.cell.items)
     landing_rows = -(-items // 2)
-    figure, (view, bars, landings) = stacked_panels(WIDTH, (2.7, 2.0 + ROW * len(plans), 0.4 + 2.7 * landing_rows))
+    heights = [2.7, 2.0 + ROW * len(plans), 0.4 + 2.7 * landing_rows]
+    numbers = {gain.what for gain in verdict.swings}
+    figure, (view, bars, landings, *rest) = stacked_panels(
+        WIDTH, [*heights, *([1.0 + ROW * len(numbers)] if numbers else [])]
+    )
+    for part in rest:
+        sensitivity.draw(part.subplots(), verdict.swings)
     _draw(view, plan.config, f"The line to scale: {_text(plan.row, plans)}")
     fates, energy = bars.subplots(1, 2, sharey=True, width_ratios=(3, 1))
     # Recovery by number of robots and belt speed, with the causes of losses stacked behind it.
@@ -145,8 +153,10 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
         left += share
     for index, each in enumerate(ordered):
         fates.text(1.0, index, percent(each.row["recovery"]), va="center", fontsize=8, color="white")
-    fates.axvline(100.0 * recovery, color="black", linewidth=0.8, linestyle="--")
-    title = f"What became of the objects (dashed: {percent(recovery)})"
+    title = "What became of the objects"
+    if goal.figure == "recovery":
+        fates.axvline(100.0 * goal.least, color="black", linewidth=0.8, linestyle="--")
+        title += f" (dashed: {percent(goal.least)})"
     dress(fates, "share of the objects that came [%]", "", title, xlim=(0.0, 100.0))
     # Joules for each sorted object.
     joules = [plan.row["energy_per_sorted_j"] for plan in ordered]

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.line.config import MADE_TABLES, MOST_ROBOTS, LineConfig
+from pnt_gym.cells.line.config import MADE_TABLES, LineConfig
 from pnt_gym.cells.line.sections import Down, Robot
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import unknown_name
@@ -27,7 +27,11 @@ from ..ground.tables import throws_bar
 from ..judging import losses
 from ..judging.losses import FATES, Counted, Fates, decision_energy
 from ..judging.shifts import Shifts, run_shifts
+from .flown import fly
 from .thrown import with_table
+
+A_PLAN: Final = ", a plan"
+"""End of the name of a plan's line."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,7 @@ def make_plans(level: LineConfig, sweep: Sweep) -> Iterator[tuple[dict[str, Any]
     down = standstill(level, sweep)
     for count, speed, limit, skills in itertools.product(sweep.robots, speeds, percents, sweep.skills):
         changes = level.model_dump(mode="json", exclude_unset=True)
-        changes |= {"name": f"{level.name}, a plan", "duration": 60.0 * sweep.minutes}
+        changes |= {"name": f"{level.name.removesuffix(A_PLAN)}{A_PLAN}", "duration": 60.0 * sweep.minutes}
         overrides = {} if skills == "level" else {"skills": []}
         changes["robots"] = [{**robot.model_dump(mode="json"), **overrides} for robot in line_up(level, count)]
         cell = changes["cell"]
@@ -126,11 +130,19 @@ class Conditions:
     seed: int = 0
     throws: int = 1000
     """Throws to count for a table that does not exist yet."""
+    fidelity: Literal["flight", "full"] = "full"
+    """Whether tables are counted in simulated flights, in memory, or in the full physics."""
     tables: Path = MADE_TABLES
     """Folder of such tables."""
     check: int = 4
     """Shifts that a chosen plan works in the full physics as well."""
+    mend: bool = True
+    """Whether changes are tried that could mend the chosen plan."""
+    sensitivity: bool = False
+    """Whether each assumed number is tried at both ends of its range, on the chosen plan."""
     threads: int = 2
+    quiet: bool = False
+    """Whether shifts show no progress."""
 
 
 @dataclass(frozen=True)
@@ -161,13 +173,6 @@ class Planned:
         """What tells this plan from others of the same level."""
         return {name: self.row[name] for name in ("robots", "belt_speed", "percent", "skills")}
 
-    @property
-    def bound(self) -> float:
-        """Recovery if every object were picked, and thrown as well as those of its item that were."""
-        arrived = np.array(self.row["arrived"])
-        good = np.array([1.0 - self.thrown_badly(item) for item in range(len(arrived))])
-        return float(arrived @ good / arrived.sum())
-
 
 def judge(
     numbers: dict[str, Any],
@@ -185,12 +190,36 @@ def judge(
         release: what corrects the throws; None for nothing.
         recount: whether the table counts throws as the plan's own controller chooses them, and not random ones.
     """
+    if conditions.fidelity == "flight":
+        flown = fly(config, conditions.throws, conditions.seed, conditions.threads, release)
+        return assess({**numbers, "chances_by": "random"}, flown.given_to(config), flown.counted, conditions)
     chooser = conditions.controller if recount else None
     line, counted = with_table(
         config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads, chooser
     )
+    return assess({**numbers, "chances_by": chooser or "random"}, line, counted, conditions)
+
+
+def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, conditions: Conditions) -> Planned:
+    """Work the shifts of a line that has a table of chances.
+
+    Args:
+        numbers: what tells the plan from others, and how the table was counted.
+        line: the line with its table.
+        counted: what became of the throws behind the table; None if nobody knows.
+        conditions: how plans are judged.
+
+    Raises:
+        UsageError: no object came.
+    """
     shifts = work(line, conditions)
-    recovery, value = metrics.interval(shifts.figures["shift_recovery"]), metrics.interval(shifts.value)
+    shares = shifts.figures["shift_recovery"].astype(np.float64)
+    if not np.isfinite(shares).any():
+        raise UsageError(
+            f"no objects: none reached the end of level {line.name!r} in {conditions.shifts} shifts of "
+            f"{line.duration:g} s; arrivals.rate is {line.arrivals.rate:g} objects a second"
+        )
+    recovery, value = metrics.interval(shares[np.isfinite(shares)]), metrics.interval(shifts.value)
     fates = Fates.of(shifts, line, counted)
     # A shipped table is larger than the one whose throws say what became of them.
     spread = 0.0 if counted is None or line.chances is None else table_spread(shifts, fates, counted)
@@ -200,6 +229,7 @@ def judge(
         "recovery_counts": spread,
         "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
         "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
+        **_pace(shifts, spread),
         "value_per_min": value.value,
         "value_per_min_low": value.low,
         "value_per_min_high": value.high,
@@ -210,13 +240,25 @@ def judge(
         **losses.energy(shifts, counted),
         "money_per_hour": money_per_hour(shifts, line, counted),
     }
-    row = {**numbers, "chances_by": chooser or "random", **figures}
-    return Planned(line, counted, row, shifts.figures["shift_recovery"].astype(np.float64))
+    return Planned(line, counted, {**numbers, **figures}, shares)
+
+
+def _pace(shifts: Shifts, spread: float) -> dict[str, float]:
+    """Sorted objects a minute with their interval, which holds the spread of a recovery by the table's counts."""
+    pace = metrics.interval(shifts.figures["shift_sorted_per_min"])
+    shares = shifts.figures["shift_recovery"].astype(np.float64)
+    wide = spread * pace.value / max(float(np.nanmean(shares)), 1e-9)
+    return {
+        "sorted_per_min": pace.value,
+        "sorted_per_min_low": pace.value - float(np.hypot(pace.value - pace.low, wide)),
+        "sorted_per_min_high": pace.value + float(np.hypot(pace.high - pace.value, wide)),
+    }
 
 
 def work(line: LineConfig, conditions: Conditions) -> Shifts:
     """The shifts of a line with throws by its table."""
-    with closing(make_vector(ENV, line, conditions.shifts, conditions.threads)) as env, throws_bar() as bar:
+    bars = throws_bar(quiet=conditions.quiet)
+    with closing(make_vector(ENV, line, conditions.shifts, conditions.threads)) as env, bars as bar:
         core = line_core(env)
         task = bar.add_task("shifts", total=conditions.shifts)
         controller = registry.make(conditions.controller, core)
@@ -225,22 +267,17 @@ def work(line: LineConfig, conditions: Conditions) -> Shifts:
         return run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
 
 
-def try_changes(plan: Planned, conditions: Conditions) -> dict[str, float]:
-    """Recovery of a plan with one thing changed, by the plan's own table, by words for the change."""
-    line, rate = plan.config, plan.config.arrivals.rate
-    robots = [robot.model_dump(mode="json") for robot in line.robots]
-    changes: dict[str, dict[str, Any]] = {}
-    if len(robots) < MOST_ROBOTS:
-        more = line_up(line, len(robots) + 1)
-        changes["one more robot"] = {"robots": [robot.model_dump(mode="json") for robot in more]}
-    if any(robot["skills"] for robot in robots):
-        changes["all skills for every robot"] = {"robots": [{**robot, "skills": []} for robot in robots]}
-    changes["half as many objects"] = {"arrivals": {**line.arrivals.model_dump(mode="json"), "rate": rate / 2.0}}
-    recovery: dict[str, float] = {}
-    for words, change in changes.items():
-        shifts = work(LineConfig.load(line, **change), conditions)
-        recovery[words] = float(shifts.figures["shift_recovery"].mean())
-    return recovery
+def simulate(plan: Planned, conditions: Conditions, count: int, release: str | None = None) -> Floats:
+    """Recovery of a plan's first shifts in the full physics (S,)."""
+    config, bars = plan.config.simulated(), throws_bar(quiet=conditions.quiet)
+    with closing(make_vector(ENV, config, count, conditions.threads)) as env, bars as bar:
+        core = line_core(env)
+        if release is not None:
+            core.use(make_release(release, config))
+        task = bar.add_task("shifts in the full physics", total=count)
+        controller, seed = registry.make(conditions.controller, core), stream_seed("evaluate", conditions.seed)
+        shifts = run_shifts(controller, env, count, seed, lambda number: bar.advance(task, number))
+    return shifts.figures["shift_recovery"].astype(np.float64)
 
 
 def check(plan: Planned, conditions: Conditions, release: str | None = None) -> dict[str, Any] | None:
@@ -251,16 +288,9 @@ def check(plan: Planned, conditions: Conditions, release: str | None = None) -> 
     count = min(conditions.check, conditions.shifts)
     if count == 0:
         return None
-    config = plan.config.simulated()
-    with closing(make_vector(ENV, config, count, conditions.threads)) as env, throws_bar() as bar:
-        core = line_core(env)
-        if release is not None:
-            core.use(make_release(release, config))
-        task = bar.add_task("shifts in the full physics", total=count)
-        controller, seed = registry.make(conditions.controller, core), stream_seed("evaluate", conditions.seed)
-        shifts = run_shifts(controller, env, count, seed, lambda number: bar.advance(task, number))
-    simulated = shifts.figures["shift_recovery"].astype(np.float64)
-    recovery, over = metrics.interval(simulated), metrics.interval(simulated - plan.recovery[:count])
+    simulated = simulate(plan, conditions, count, release)
+    recovery = metrics.interval(simulated[np.isfinite(simulated)])
+    over = metrics.difference(simulated, plan.recovery[:count])
     below, above = (float(np.hypot(end - over.value, plan.row["recovery_counts"])) for end in (over.low, over.high))
     return {
         "shifts": count,

@@ -3,27 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from typing import Any, Final
 
 import numpy as np
 
 from ..ground.tables import Grid, percent
+from ..judging.losses import FATES
+from .changes import Gain
+from .goal import Goal
 from .plans import Planned
 
 MAJOR: Final = 0.25
-"""Share of all objects thrown in vain from which on an item is named as a reason."""
+"""Share of lost objects from which on a fate is named as a reason, and of a fate's objects for an item."""
+BEST: Final = 4
+"""Number of changes that a reason names at most, of those that help and of those that make no difference."""
+VERBS: Final[Mapping[str, str]] = {
+    "misplaced": "end in wrong bins",
+    "missed": "are thrown and miss",
+    "lost": "are lost on the way",
+    "unsealed": "pass the end after picks in which the cup did not seal",
+    "passed": "pass the end, not tried",
+    "out_of_reach": "are out of reach: no robot can throw them into a bin that takes them",
+}
+"""Fates as parts of a sentence."""
 THROWN: Final = ("misplaced", "missed", "lost")
 """Fates of objects that were thrown in vain."""
 
+ENDED: Final = ("unsealed", "passed", "out_of_reach")
+"""Fates of objects that passed the end of the belt."""
 
-def table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
+
+def table(title: str, plans: Sequence[Planned], goal: Goal) -> Grid:
     """Table of all plans, with the causes for which objects were not sorted.
 
     What is the same in all plans stands in the title, because a terminal has room for about twelve columns.
     """
-    header = ["robots", "skills", "belt", "limits", "recovery", "value/min", "at work"]
-    header += ["missed", "unsealed", "not tried", "worst item", "J each", "money/h", "enough"]
-    rows = [_row(plan, recovery) for plan in plans]
+    header = ["robots", "skills", "belt", "limits", "recovery", "sorted/min", "value/min", "at work"]
+    header += ["missed", "unsealed", "not tried", "out of reach", "worst item", "J each", "money/h", "enough"]
+    rows = [_row(plan, goal) for plan in plans]
     # Money that no level names would only take room.
     idle = {"money/h"} if all(plan.row["money_per_hour"] is None for plan in plans) else set[str]()
     alike = [name for name in ("skills", "belt", "limits") if len({row[header.index(name)] for row in rows}) == 1]
@@ -33,7 +51,7 @@ def table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
     return Grid(", ".join(parts), [header[index] for index in kept], cells)
 
 
-def _row(plan: Planned, recovery: float) -> list[str]:
+def _row(plan: Planned, goal: Goal) -> list[str]:
     row, fates = plan.row, plan.row["fates"]
     # The item of which the least share is sorted, among those that came.
     came = [item for item, count in zip(plan.config.cell.items, plan.row["arrived"], strict=True) if count > 0.0]
@@ -45,31 +63,41 @@ def _row(plan: Planned, recovery: float) -> list[str]:
         f"{row['belt_speed']:.2f} m/s",
         f"{row['percent']:g} %",
         f"{100 * row['recovery']:.1f} ({100 * row['recovery_low']:.1f}..{100 * row['recovery_high']:.1f})",
+        f"{row['sorted_per_min']:.1f}",
         f"{row['value_per_min']:.1f}",
         " ".join(f"{100 * share:.0f}" for share in row["utilisation"]),
-        *(f"{100 * share:.1f}" for share in (sum(fates[n] for n in THROWN), fates["unsealed"], fates["passed"])),
+        *(f"{100 * share:.1f}" for share in (sum(fates[n] for n in THROWN), *(fates[n] for n in ENDED))),
         f"{worst} {100 * row['fates_by_item'][worst]['sorted']:.1f}",
         "-" if energy is None else f"{energy:.1f}",
         "-" if money is None else f"{money:.2f}",
-        "yes" if row["recovery_low"] >= recovery else "no",
+        "yes" if goal.is_reached(row) else "no",
     ]
 
 
-def choose(plans: Sequence[Planned], recovery: float) -> tuple[Planned, bool]:
-    """The smallest plan that reaches a recovery, or else the best plan; and whether the plan reaches it."""
-    enough = [plan for plan in plans if plan.row["recovery_low"] >= recovery]
+def choose(plans: Sequence[Planned], goal: Goal) -> tuple[Planned, bool]:
+    """The cheapest plan that reaches a goal, or else the best plan; and whether the plan reaches it.
+
+    The cheapest plan is the one that earns the most where the level names costs, and the smallest one elsewhere.
+    """
+    enough = [plan for plan in plans if goal.is_reached(plan.row)]
     if not enough:
-        return max(plans, key=lambda plan: plan.row["recovery"]), False
-    return min(enough, key=lambda plan: (plan.row["robots"], plan.row["percent"], plan.row["belt_speed"])), True
+        return max(plans, key=lambda plan: plan.row[goal.figure]), False
+    return min(enough, key=lambda plan: (-(plan.row["money_per_hour"] or 0.0), *_size(plan))), True
 
 
-def answer(plan: Planned, is_enough: bool, recovery: float) -> str:
-    """The smallest plan that reaches the recovery, or the best one, in one sentence."""
+def _size(plan: Planned) -> tuple[float, ...]:
+    """Numbers by which plans are ordered, the smallest first."""
+    return plan.row["robots"], plan.row["percent"], plan.row["belt_speed"]
+
+
+def answer(plan: Planned, is_enough: bool, goal: Goal) -> str:
+    """The cheapest plan that reaches a goal, or the best one, in one sentence."""
+    which = "smallest" if plan.row["money_per_hour"] is None else "cheapest"
     if is_enough:
-        return f"the smallest plan with a recovery of {percent(recovery)}: {_plan(plan.row)}"
+        return f"the {which} plan with {goal.amount(goal.least)}: {plan_text(plan.row)}"
     return (
-        f"no plan reaches a recovery of {percent(recovery)}; the best plan, {_plan(plan.row)}, reaches "
-        f"{percent(plan.row['recovery'])}"
+        f"no plan reaches {goal.amount(goal.least)}; the best plan, {plan_text(plan.row)}, reaches "
+        f"{goal.amount(plan.row[goal.figure]).removeprefix('a recovery of ')}"
     )
 
 
@@ -86,69 +114,78 @@ def check_text(checked: dict[str, Any]) -> str:
     )
 
 
-def _plan(row: dict[str, Any]) -> str:
+def plan_text(row: dict[str, Any]) -> str:
     """A plan in words."""
     robots = "1 robot" if row["robots"] == 1 else f"{row['robots']} robots"
     return f"{robots} at {row['percent']:g} % and a belt at {row['belt_speed']:g} m/s"
 
 
-def throws_are_the_reason(plan: Planned, recovery: float) -> bool:
-    """Whether throws keep a plan from a recovery, and not the objects that pass the end."""
+def main_losses(plan: Planned) -> list[tuple[str, float]]:
+    """Fates by which a plan loses objects, with their shares of all objects: the largest first, as far as they matter.
+
+    A fate matters if it takes at least `MAJOR` of the lost objects.
+    """
     fates = plan.row["fates"]
-    # Throws cost the plan more objects than all that pass the end.
-    is_thrown_badly = sum(fates[name] for name in THROWN) > fates["passed"] + fates["unsealed"]
-    return is_thrown_badly or plan.bound < recovery
+    lost = {name: fates[name] for name in FATES if name != "sorted"}
+    total = sum(lost.values())
+    ordered = sorted(lost.items(), key=itemgetter(1), reverse=True)
+    return [(name, share) for name, share in ordered if share > 0.0 and share >= MAJOR * total]
 
 
-def reason(
-    plan: Planned, recovery: float, release: str, twin: tuple[str, Planned], changes: Mapping[str, float]
-) -> str:
-    """What keeps a plan from sorting more, in one sentence that follows from counted causes.
+def worst_items(plan: Planned, fate: str) -> list[int]:
+    """Items that make up most of the objects of a fate, the one that loses the most first."""
+    weight = np.array([count * plan.shares(item)[fate] for item, count in enumerate(plan.row["arrived"])])
+    worst = np.argsort(-weight, kind="stable")
+    return worst[weight[worst] >= MAJOR * weight.sum()].tolist()
+
+
+def worst_item(plan: Planned) -> str:
+    """The item that loses the most objects by the largest loss; the first item where no object is lost."""
+    found = main_losses(plan)
+    return plan.config.cell.items[worst_items(plan, found[0][0])[0] if found else 0]
+
+
+def reason(plan: Planned, gains: Sequence[Gain]) -> str:
+    """What keeps a plan from sorting more, the largest loss first, and what changes bring, in one sentence.
 
     Args:
         plan: the plan.
-        recovery: recovery to reach.
-        release: name of the plan's release.
-        twin: name of another release, and the same plan with it.
-        changes: recovery of the same plan with one thing changed, by words for the change.
+        gains: what changes bring, the best first.
     """
-    if throws_are_the_reason(plan, recovery):
-        better, other = twin
-        helps = "more robots do not help" if plan.bound < recovery else "better throws help more than more robots"
-        items = plan.config.cell.items
-        # Indices of the items that make up most of the objects thrown in vain, the one that misses most often first.
-        losses = np.array(plan.row["arrived"]) * [plan.thrown_badly(item) for item in range(len(items))]
-        vain = sorted(np.flatnonzero(losses >= MAJOR * losses.sum()).tolist(), key=plan.thrown_badly, reverse=True)
-        texts = [_text(plan, index) for index in vain]
-        others = [f"{percent(other.thrown_badly(index))} of {items[index]}" for index in vain]
-        return (
-            f"the reason: {' and '.join(texts)}, so {helps}: with every object picked these throws sort "
-            f"{percent(plan.bound)}; release {better} loses {' and '.join(others)}, and the plan sorts "
-            f"{percent(other.row['recovery'])} instead of {percent(plan.row['recovery'])} with {release}"
-        )
-    fates = plan.row["fates"]
-    cause = max(("passed", "unsealed"), key=fates.__getitem__)
-    items = plan.config.cell.items
-    weight = [count * plan.shares(index)[cause] for index, count in enumerate(plan.row["arrived"])]
-    worst = int(np.argmax(weight))
-    head = f"the reason: {percent(plan.shares(worst)[cause])} of {items[worst]} pass the end"
-    if cause == "unsealed":
-        return f"{head} after picks in which the cup did not seal{_changes_text(changes)}"
-    takers = np.flatnonzero(plan.config.can_take()[:, worst]).tolist()
-    names = ", ".join(plan.config.robots[index].name for index in takers)
-    times = ", ".join(percent(plan.row["utilisation"][index]) for index in takers)
-    return f"{head}, not tried; taken by {names}, at work {times}{_changes_text(changes)}"
+    found = main_losses(plan)
+    if not found:
+        return "no object was lost"
+    causes = ", and ".join(_cause(plan, fate, share) for fate, share in found)
+    return f"the reason: {causes}{_gains_text(gains)}"
 
 
-def _changes_text(changes: Mapping[str, float]) -> str:
-    """What changes of a plan bring, as the end of a sentence."""
-    texts = [f"{percent(recovery)} with {words}" for words, recovery in changes.items()]
-    return f"; by the same table the plan would sort {', '.join(texts)}" if texts else ""
+def _cause(plan: Planned, fate: str, share: float) -> str:
+    """A loss in words: the share of all objects, its worst items, and for objects that nobody tried the robots."""
+    items, worst = plan.config.cell.items, worst_items(plan, fate)
+    texts = ", ".join(f"{percent(plan.shares(item)[fate])} of {items[item]}" for item in worst)
+    text = f"{percent(share)} of all objects {VERBS[fate]} ({texts})"
+    if fate != "passed":
+        return text
+    takers = np.flatnonzero(plan.config.can_take()[:, worst].any(axis=1)).tolist()
+    names = ", ".join(plan.config.robots[robot].name for robot in takers)
+    times = ", ".join(percent(plan.row["utilisation"][robot]) for robot in takers)
+    return f"{text}; taken by {names}, at work {times}"
 
 
-def _text(plan: Planned, item: int) -> str:
-    """How an item is thrown in vain, in words."""
-    shares, name = plan.shares(item), plan.config.cell.items[item]
-    cause = max(THROWN, key=shares.__getitem__)
-    verb = {"misplaced": "ends in wrong bins", "missed": "misses", "lost": "is lost on the way"}[cause]
-    return f"{name} is thrown and {verb} ({percent(plan.thrown_badly(item))})"
+def _gains_text(gains: Sequence[Gain]) -> str:
+    """What changes of a plan bring, as the end of a sentence: the best ones, and those that make no difference."""
+    # The best one of each kind, such as of all robots that were tried.
+    first = {gain.what: gain for gain in reversed(gains)}
+    kinds = [gain for gain in gains if first[gain.what] is gain]
+    better = [gain for gain in kinds if gain.points.low > 0.0][:BEST]
+    alike = [gain.words for gain in kinds if gain.points.low <= 0.0 <= gain.points.high][:BEST]
+    texts = [f"{_points(gain)} with {gain.words}" for gain in better]
+    rises = f"; over the same shifts recovery rises by {', by '.join(texts)}" if better else ""
+    same = f"; no difference with {', with '.join(alike)}" if alike else ""
+    return rises + same if better else f"; no change that was tried brings more{same}" if gains else ""
+
+
+def _points(gain: Gain) -> str:
+    """A gain in points with its interval."""
+    value, low, high = (100.0 * part for part in (gain.points.value, gain.points.low, gain.points.high))
+    return f"{value:.1f} points ({low:.1f}..{high:.1f})"

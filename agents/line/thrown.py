@@ -11,6 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from pnt_gym.cells.conveyor.cup.hold import fail_chance
 from pnt_gym.cells.line.cell import Decisions, LineCell
 from pnt_gym.cells.line.chances import Chances, format_table, shipped_table
 from pnt_gym.cells.line.config import MADE_TABLES, LineConfig
@@ -135,9 +136,15 @@ def calibrate(
 
 
 def random_throws(
-    config: LineConfig, throws: int, seed: int, num_envs: int, threads: int, release: str | None = None
+    config: LineConfig,
+    throws: int,
+    seed: int,
+    num_envs: int,
+    threads: int,
+    release: str | None = None,
+    quiet: bool = False,
 ) -> Iterator[dict[str, Any]]:
-    """Columns of the throws of robots that choose at random, batch by batch.
+    """Columns of the throws of robots that choose at random, batch by batch; `quiet` shows no progress.
 
     Raises:
         UsageError: no robot throws in `MOST_EMPTY` consecutive shifts.
@@ -147,13 +154,13 @@ def random_throws(
     if release is not None and isinstance(cell.throws, SimulatedThrows):
         cell.throws.release = make_release(release, config)
     cell.reset(np.arange(num_envs), [np.random.default_rng(first + row) for row in range(num_envs)])
-    with throws_bar() as bar:
+    with throws_bar(quiet=quiet) as bar:
         task = bar.add_task("throws", total=throws)
         count = empty = 0
         while count < throws:
             real = cell.state.choices["real"]
             attempts = cell.take(np.where(real, generator.random(real.shape), -1.0).argmax(axis=1))
-            yield _columns(attempts)
+            yield _columns(attempts, config)
             throws_now, over = int(attempts.valid.sum()), np.flatnonzero(cell.over)
             count += throws_now
             bar.advance(task, throws_now)
@@ -179,7 +186,7 @@ def chosen_throws(
         act, count, empty = registry.make(controller, core).act, 0, 0
         for step in work_shifts(act, env, stream_seed("practice", seed), throws + MOST_EMPTY):
             assert core.last is not None
-            yield _columns(core.last)
+            yield _columns(core.last, config)
             throws_now = int(core.last.valid.sum())
             count, empty = count + throws_now, empty + int(step.over.sum()) if throws_now == 0 else 0
             bar.advance(task, throws_now)
@@ -196,7 +203,7 @@ def _text(config: LineConfig, shifts: int) -> str:
     )
 
 
-def _columns(attempts: Decisions) -> dict[str, Any]:
+def _columns(attempts: Decisions, config: LineConfig) -> dict[str, Any]:
     """Columns of the table's counts, for the valid attempts of one batch."""
     objects, outcomes = attempts.context.objects, attempts.results
     columns = {
@@ -205,6 +212,7 @@ def _columns(attempts: Decisions) -> dict[str, Any]:
         "distance": attempts.context.distance,
         "hits": outcomes["is_success"],
         "picked": outcomes["picked"],
+        "fails": fail_chance(attempts.context, config.cell),
         **{name: outcomes[name] for name in ("lost", "ended_in", "energy", "miss")},
     }
     return {name: values[attempts.valid] for name, values in columns.items()}

@@ -13,9 +13,11 @@ from ..dispatchers.decisions import make_release
 from ..dispatchers.registry import NAMES
 from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.versions import versions
-from . import plans, reasons
-from .plans import Conditions, Planned, Sweep, make_plans, try_changes
-from .reasons import answer, check_text, reason, throws_are_the_reason
+from . import plans, reasons, sensitivity
+from .changes import Change, Gain, gain, possible_changes, try_changes
+from .goal import USUAL, Goal
+from .plans import Conditions, Planned, Sweep, make_plans
+from .reasons import answer, check_text, reason
 
 ANALYTIC: Final = "analytic"
 LEAST: Final = {"shifts": 2, "seed": 0, "throws": 100, "check": 0, "threads": 1}
@@ -36,8 +38,10 @@ class Verdict:
     other_release: str
     checked: dict[str, Any] | None
     """Figures of the plan's first shifts in the full physics; None if no shift was checked."""
-    changes: dict[str, float]
-    """Recovery of the plan with one thing changed, by words for the change; none where throws are the reason."""
+    gains: Sequence[Gain]
+    """What changes of the plan bring, the best first."""
+    swings: Sequence[Gain]
+    """What ends of assumed numbers bring, the number that decides most first; none if no number was tried."""
     sentences: tuple[str, ...]
     """The plan, its shifts in the full physics, and the reason why it does not sort more."""
 
@@ -45,11 +49,14 @@ class Verdict:
     def entries(self) -> dict[str, Any]:
         """The verdict by the names of the JSON contract."""
         other = {"release": self.other_release, **self.twin.row}
+        points = {gain.words: [gain.points.value, gain.points.low, gain.points.high] for gain in self.gains}
         return {
             "release": self.release,
             "sentences": list(self.sentences),
             "checked": self.checked,
-            "changes": self.changes,
+            "changes": {gain.words: gain.recovery for gain in self.gains},
+            "gains": points,
+            "sensitivity": sensitivity.entries(self.swings),
             "other_release": other,
         }
 
@@ -60,16 +67,14 @@ def judge_again(plan: Planned, conditions: Conditions, release: str | None) -> P
     return plans.judge(plan.numbers, config, conditions, release, recount=True)
 
 
-def recount_chosen(
-    plans: Sequence[Planned], recovery: float, conditions: Conditions, release: str | None
-) -> list[Planned]:
+def recount_chosen(plans: Sequence[Planned], goal: Goal, conditions: Conditions, release: str | None) -> list[Planned]:
     """The plans, of which the chosen one has chances of the throws that its own controller chooses.
 
     If such chances make another plan the chosen one, that plan is judged again too.
     """
     judged, recounted = list(plans), set[int]()
     while True:
-        chosen, _ = reasons.choose(judged, recovery)
+        chosen, _ = reasons.choose(judged, goal)
         index = next(place for place, plan in enumerate(judged) if plan is chosen)
         if index in recounted:
             return judged
@@ -94,35 +99,42 @@ class Judged:
 
 
 def plan_line(
-    level: str | Path = "skills3", *, recovery: float = 0.95, release: str | None = None, **options: Any
+    level: str | Path = "skills3",
+    *,
+    recovery: float = USUAL,
+    want: str | None = None,
+    release: str | None = None,
+    **options: Any,
 ) -> dict[str, Any]:
     """Judge plans of a line; returns what `pnt-gym line plan --json` writes.
 
     Args:
         level: a shipped level's name or a YAML file.
         recovery: recovery to reach.
+        want: instead of it a recovery or a pace to reach, such as 95% or 90/min.
         release: controller that corrects the throws; None for the analytic one.
-        options: robots, speeds, percents, skills, minutes, burst, down; controller, shifts, seed, throws, tables,
-            check and threads, as the command takes them.
+        options: robots, speeds, percents, skills, minutes, burst, down; controller, shifts, seed, throws, fidelity,
+            tables, check, mend, sensitivity
+            and threads, as the command takes them.
 
     Raises:
         PntGymError: the level, a plan or an option is unknown or impossible.
     """
-    known = ("level", "recovery", "release", *Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
+    known = ("level", "recovery", "want", "release", *Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
     check_known("argument", options, known)
-    return judge(load(level, release), *read(options, recovery), recovery, release).entries
+    return judge(load(level, release), *read(options), Goal.of(recovery, want), release).entries
 
 
-def read(options: Mapping[str, Any], recovery: float) -> tuple[Sweep, Conditions]:
+def read(options: Mapping[str, Any]) -> tuple[Sweep, Conditions]:
     """Plans to judge and their conditions, from options by name; an option that is missing has its default.
 
     Raises:
-        UsageError: an option or the recovery is impossible.
+        UsageError: an option is impossible.
     """
     at_least(options, **{name: bound for name, bound in LEAST.items() if name in options})
     sweep = typed(Sweep, {name: options[name] for name in Sweep.__dataclass_fields__ if name in options})
     conditions = typed(Conditions, {name: options[name] for name in Conditions.__dataclass_fields__ if name in options})
-    check(recovery, sweep, conditions)
+    check(sweep, conditions)
     return sweep, conditions
 
 
@@ -138,7 +150,7 @@ def judge(
     level: LineConfig,
     sweep: Sweep,
     conditions: Conditions,
-    recovery: float,
+    goal: Goal,
     release: str | None,
     tell: Callable[[str], object] = lambda text: None,
 ) -> Judged:
@@ -148,28 +160,34 @@ def judge(
         text = ", ".join(f"{name} {value}" for name, value in numbers.items())
         tell(f"plan {number} of {len(asked)}: {text}")
         judged.append(plans.judge(numbers, config, conditions, release))
-    judged = recount_chosen(judged, recovery, conditions, release)
-    plan, is_enough = reasons.choose(judged, recovery)
+    if conditions.fidelity == "full":
+        judged = recount_chosen(judged, goal, conditions, release)
+    plan, is_enough = reasons.choose(judged, goal)
     used, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
     twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
     checked = plans.check(plan, conditions, release)
-    changes = {} if throws_are_the_reason(plan, recovery) else try_changes(plan, conditions)
+    changes = possible_changes(plan.config, reasons.worst_item(plan)) if conditions.mend else []
+    gains = [
+        *try_changes(plan.config, changes, conditions, release),
+        gain(Change("release", other, twin.config), twin, plan),
+    ]
+    gains.sort(key=lambda each: each.points.value, reverse=True)
+    ends = sensitivity.assumptions(plan.config) if conditions.sensitivity else []
+    swings = sensitivity.widest_first(try_changes(plan.config, ends, conditions, release)) if ends else []
     sentences = (
-        answer(plan, is_enough, recovery),
+        answer(plan, is_enough, goal),
         *([] if checked is None else [check_text(checked)]),
-        reason(plan, recovery, used, (other, twin), changes),
+        reason(plan, gains),
     )
-    return Judged(level, conditions, judged, Verdict(plan, used, twin, other, checked, changes, sentences))
+    return Judged(level, conditions, judged, Verdict(plan, used, twin, other, checked, gains, swings, sentences))
 
 
-def check(recovery: float, sweep: Sweep, conditions: Conditions) -> None:
-    """Make sure that a recovery, numbers of robots, a controller and a number of checked shifts are possible.
+def check(sweep: Sweep, conditions: Conditions) -> None:
+    """Make sure that numbers of robots, a controller and a number of checked shifts are possible.
 
     Raises:
         UsageError: one of them is not.
     """
-    if not isinstance(recovery, float | int) or not 0.0 < recovery < 1.0:
-        raise UsageError(f"--recovery is {recovery!r}; it must lie between 0 and 1")
     if not (sweep.robots and all(1 <= count <= MOST_ROBOTS for count in sweep.robots)):
         raise UsageError(f"--robots is {sweep.robots}; a line has 1 to {MOST_ROBOTS} robots")
     sweeps = {name: getattr(sweep, name) or () for name in ("robots", "speeds", "percents", "skills")}

@@ -90,6 +90,7 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     | `shift_misplaced`, `shift_misplaced_by_item` | objects in a bin that takes other items |
     | `shift_on_floor`, `shift_on_floor_by_item` | thrown objects in no bin |
     | `shift_passed`, `shift_passed_by_item` | objects that passed the end of the belt |
+    | `shift_out_of_reach`, `shift_out_of_reach_by_item` | passed objects that no robot can throw into a bin for them |
     | `shift_passed_value_per_min` | value of the objects that passed the end, per minute |
     | `shift_passed_tried` | share of the passed objects that a robot had tried to lift |
     | `shift_passed_tried_by_item` | numbers of these objects |

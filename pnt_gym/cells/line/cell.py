@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -22,10 +23,11 @@ from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
 from pnt_gym.cells.line.observation import ENTRIES, fill_observations
-from pnt_gym.cells.line.rows import LineState, Outcome, Result
+from pnt_gym.cells.line.reach import find_reach
+from pnt_gym.cells.line.rows import LineState, Outcome, Result, Rider, Tables
 from pnt_gym.cells.line.stream import StreamSampler
 from pnt_gym.cells.line.throws import Attempt, SimulatedThrows, TableThrows, ThrowExecutor
-from pnt_gym.errors import ConfigError, OrderError
+from pnt_gym.errors import ConfigError, OrderError, ReachWarning
 from pnt_gym.rows import Rows1
 
 USUAL_CYCLE: Final = 0.9
@@ -115,6 +117,7 @@ class LineCell:
         """Objects that come along the belts in this shift; a reset overwrites the streams of its lines."""
         self.state = self._initial_state(count)
         """States of the lines; each step has arrays of its own, but for the books of objects."""
+        _warn_of_reach(config, self.chooser.tables, self.stream.riders[0])
         self._initial = self._initial_state(1)
         """State of a line at the begin of a shift."""
         self.reset(np.arange(count), self.generators)
@@ -271,3 +274,21 @@ def _check_room(config: LineConfig, count: int, objects: int) -> None:
             f"together draw at most {MOST_OBJECTS}: set num_envs to at most {MOST_OBJECTS // objects}, or shorten "
             "the shift"
         )
+
+
+def _warn_of_reach(config: LineConfig, tables: Tables, riders: Rows1[Rider]) -> None:
+    """Warn of objects (M,) that no robot can throw into a bin that takes them, with the shares of their items."""
+    items, kinds = config.cell.items, riders["kind"]
+    unreached: Ints = np.flatnonzero(~find_reach(tables, riders).any(axis=1))
+    if unreached.size == 0:
+        return
+    counts = np.bincount(kinds[unreached], minlength=len(items))
+    shares = counts / np.maximum(np.bincount(kinds, minlength=len(items)), 1)
+    worst = np.argsort(-shares)[: np.count_nonzero(counts)].tolist()
+    shares_text = ", ".join(f"{shares[kind]:.1%} of {items[kind]}" for kind in worst)
+    warnings.warn(
+        f"level {config.name!r}: {len(unreached) / len(riders):.1%} of the objects are out of reach, {shares_text}: no "
+        "robot can throw them, from where they lie, into a bin that takes them; move the bins or narrow the lanes",
+        ReachWarning,
+        stacklevel=2,
+    )

@@ -19,6 +19,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.rows import ChanceTable
+from pnt_gym.cells.line.sections import TableEntries
 from pnt_gym.errors import ConfigError
 from pnt_gym.reading import AccessError, json_of
 
@@ -26,6 +27,36 @@ DISTANCES: Final = 4
 """Classes of throws by distance, each with the same number of the calibration's throws."""
 PRIOR: Final = 10.0
 """Throws with an item's mean share that are added to the counted throws of each class."""
+
+
+@final
+@dataclass(frozen=True)
+class ThrowClasses:
+    """Classes of N throws: by speed setting P, and by distance D, each distance with the same number of throws."""
+
+    settings: Floats
+    """Speed settings (P,) [%]."""
+    edges: Floats
+    """Borders between the distance classes (D - 1,) [m]."""
+    middles: Floats
+    """Middles of the distance classes (D,) [m]."""
+    of_throw: tuple[Ints, Ints]
+    """Classes of each throw (N,)."""
+
+    @classmethod
+    def of(cls, percent: Floats, distance: Floats, counted: Floats) -> Self:
+        """Classes of throws at settings (N,) [%] and distances (N,) [m], equally filled by some of these distances."""
+        settings, places = np.unique(percent), (np.arange(DISTANCES) + 0.5) / DISTANCES
+        edges = np.quantile(counted, np.arange(1, DISTANCES) / DISTANCES)
+        middles = np.quantile(counted, places)
+        return cls(settings, edges, middles, (np.searchsorted(settings, percent), np.searchsorted(edges, distance)))
+
+    def count(self, kind: Ints, rows: Bools, items: int) -> Floats:
+        """Numbers of some of the throws by item K, setting and distance (K, P, D)."""
+        counts = np.zeros((items, len(self.settings), DISTANCES))
+        setting, part = self.of_throw
+        np.add.at(counts, (kind[rows], setting[rows], part[rows]), 1.0)
+        return counts
 
 
 @final
@@ -62,19 +93,51 @@ class Chances:
             hits: whether the object crossed the opening and lies in its bin (N,).
             picked: whether the cup sealed (N,).
         """
-        settings, items = np.unique(percent), len(config.items)
-        edges = np.quantile(distance[picked], np.arange(1, DISTANCES) / DISTANCES)
-        classes = np.searchsorted(settings, percent), np.searchsorted(edges, distance)
-        throws, counts = np.zeros((2, items, len(settings), DISTANCES))
-        np.add.at(throws, (kind[picked], classes[0][picked], classes[1][picked]), 1.0)
-        np.add.at(counts, (kind[hits], classes[0][hits], classes[1][hits]), 1.0)
+        items = len(config.items)
+        classes = ThrowClasses.of(percent, distance, distance[picked])
+        throws, counts = (classes.count(kind, rows, items) for rows in (picked, hits))
         # Each class's share is shrunk towards its item's mean by PRIOR throws; Laplace's rule (h + 1) / (n + 2) keeps
         # the mean off 0 and 1.
         mean = (counts.sum(axis=(1, 2)) + 1.0) / (throws.sum(axis=(1, 2)) + 2.0)
         landed = (counts + PRIOR * mean[:, None, None]) / (throws + PRIOR)
         tries = np.bincount(kind, minlength=items)
         sealed = (np.bincount(kind[picked], minlength=items) + 1.0) / (tries + 2.0)
-        return cls(settings, edges, np.where(config.pick.fails, sealed, 1.0), landed)
+        return cls(classes.settings, classes.edges, np.where(config.pick.fails, sealed, 1.0), landed)
+
+    @classmethod
+    def from_held(
+        cls, sealing: Floats, kind: Ints, percent: Floats, distance: Floats, hits: Bools, near: Self | None = None
+    ) -> Self:
+        """Table from N simulated throws of held objects, with chances to seal that are known.
+
+        The shares of few throws have no bias. An item's mean is counted, with one throw of the mean of all items, so an
+        item that nobody threw has a share too. Each class is shrunk by PRIOR throws towards the mean of its item, or
+        towards a table of a similar line.
+
+        Args:
+            sealing: chance that the cup seals on each item (K,).
+            kind: index of the item (N,).
+            percent: speed setting (N,) [%].
+            distance: horizontal distance of the throw (N,) [m].
+            hits: whether the object crossed the opening and lies in its bin (N,).
+            near: table of a line with the same items; None for no such line.
+        """
+        classes = ThrowClasses.of(percent, distance, distance)
+        throws, counts = (classes.count(kind, rows, len(sealing)) for rows in (np.ones_like(hits), hits))
+        mean = (counts.sum(axis=(1, 2)) + hits.mean()) / (throws.sum(axis=(1, 2)) + 1.0)
+        usual = mean[:, None, None] if near is None else near.at(classes.settings, classes.middles)
+        return cls(classes.settings, classes.edges, sealing, (counts + PRIOR * usual) / (throws + PRIOR))
+
+    def at(self, percent: Floats, distance: Floats) -> Floats:
+        """Shares of held objects that end in their bin, at speed settings P [%] and distances D [m], (K, P, D)."""
+        settings = np.abs(percent[:, None] - self.percent).argmin(axis=1)
+        return self.landed[:, settings][:, :, np.searchsorted(self.edges, distance)]
+
+    @property
+    def entries(self) -> dict[str, Any]:
+        """The table as values of JSON."""
+        columns: dict[str, Floats] = asdict(self)
+        return {name: values.tolist() for name, values in columns.items()}
 
     def check(self, items: int) -> None:
         """Check that the table holds shares of `items` items.
@@ -104,7 +167,7 @@ def shipped_table(config: LineConfig) -> Path:
 
 def table_path(config: LineConfig) -> Path:
     """File of a line's table: the file that the level names, the shipped file, or the file that a command makes."""
-    if config.chances is not None:
+    if isinstance(config.chances, str):
         return Path(config.chances)
     shipped = shipped_table(config)
     return shipped if shipped.is_file() else config.made_table()
@@ -114,21 +177,22 @@ def read_table(config: LineConfig) -> Chances | None:
     """The table of a line; None where the table has not been made.
 
     Raises:
-        ConfigError: the level's file is not a table, or is the table of another line.
+        ConfigError: the level's table is not a table, or is the table of another line.
     """
-    path = table_path(config)
-    if config.chances is None and not os.path.lexists(path):
+    path, given = table_path(config), config.chances
+    name = "the level's table" if isinstance(given, TableEntries) else repr(str(path))
+    if given is None and not os.path.lexists(path):
         return None
     try:
-        entries: dict[str, Any] = json_of(path)
+        entries: dict[str, Any] = dict(given) if isinstance(given, TableEntries) else json_of(path)
         table = Chances(**{name: np.array(entries[name], dtype=np.float64) for name in Chances.__dataclass_fields__})
         table.check(len(config.cell.items))
     except AccessError as error:
-        raise ConfigError(f"chances: cannot read {str(path)!r}: {error}") from None
+        raise ConfigError(f"chances: cannot read {name}: {error}") from None
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError):
-        raise ConfigError(f"chances: {str(path)!r} is not a table from `pnt-gym line calibrate`") from None
+        raise ConfigError(f"chances: {name} is not a table from `pnt-gym line calibrate`") from None
     if entries.get("digest") != config.digest():
-        raise ConfigError(f"chances: {str(path)!r} was made for other cells than those of level {config.name!r}")
+        raise ConfigError(f"chances: {name} was made for other cells than those of level {config.name!r}")
     return table
 
 

@@ -16,7 +16,7 @@ from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.robot import RobotSheet
-from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, Value
+from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, TableEntries, Value
 from pnt_gym.constants import WORLD
 from pnt_gym.errors import ConfigError, one_sentence
 from pnt_gym.names import BRIEF, list_names, unknown_name
@@ -58,7 +58,8 @@ class LineConfig(LevelConfig):
     trial: ClassVar[str] = "work_shifts"
 
     rules: ClassVar[MergeRules] = MergeRules(
-        wholes=frozenset({"value.of", "cost.per_tonne"}), dependents={"cell.items": ("value.of", "cost.per_tonne")}
+        wholes=frozenset({"value.of", "cost.per_tonne", "chances"}),
+        dependents={"cell.items": ("value.of", "cost.per_tonne")},
     )
 
     cell: ConveyorConfig = Field(
@@ -91,10 +92,10 @@ class LineConfig(LevelConfig):
         description="How the result of a throw is found: from a table of chances counted in the full physics, "
         "from a simulated flight, or from simulated robot and flight.",
     )
-    chances: str | None = Field(
+    chances: str | TableEntries | None = Field(
         default=None,
-        description="File with the table of throws, as `pnt-gym line calibrate` writes it; null: the shipped "
-        "table of the level's cells.",
+        description="File with the table of throws, as `pnt-gym line calibrate` writes it, or the table itself; null: "
+        "the shipped table of the level's cells.",
     )
 
     @classmethod
@@ -150,11 +151,11 @@ class LineConfig(LevelConfig):
         """A sentence for each problem of values that are possible alone, and not together."""
         yield from self._cell_problems()
         cell = self.cell
-        covered, room = self.arrivals.rate * _footprint(cell), np.ptp(cell.belt.lane_y) * cell.belt.speed
+        covered, room = self.arrivals.rate * footprint(cell), np.ptp(cell.belt.lane_y) * cell.belt.speed
         if covered > FULLEST * room:
             yield (
                 f"arrivals.rate is {self.arrivals.rate:g} objects a second; the belt's lanes have room for at most "
-                f"{FULLEST * room / _footprint(cell):.3g} of these items a second"
+                f"{FULLEST * room / footprint(cell):.3g} of these items a second"
             )
         if not self.objects <= MOST_OBJECTS:
             low, high = self.reach
@@ -269,17 +270,22 @@ class LineConfig(LevelConfig):
 
     def files(self) -> tuple[Path, ...]:
         """File of the table of throws, if the level names one or a command has made one."""
-        place = self.made_table() if self.chances is None else Path(self.chances)
-        return (place,) if self.chances is not None or place.is_file() else ()
+        if isinstance(self.chances, str):
+            return (Path(self.chances),)
+        return (self.made_table(),) if self.chances is None and self.made_table().is_file() else ()
 
     def digest(self) -> str:
         """Name of the line's table of throws, from everything on which its robots' throws depend."""
-        different: set[str] = set()
+        return hashlib.sha256("\n".join([f"world {WORLD}", *sorted({*self.kinds()})]).encode()).hexdigest()[:16]
+
+    def kinds(self) -> list[str]:
+        """Everything on which the throws of each robot depend, as text (R,)."""
+        kinds: list[str] = []
         for cell in self.cells():
             absent = {"bias": not cell.bias.applies, "robot": cell.robot.has_model}
             unconcerned = {*_UNCONCERNED, *(name for name, is_absent in absent.items() if is_absent)}
-            different.add(json.dumps(cell.model_dump(mode="json", exclude=unconcerned), sort_keys=True))
-        return hashlib.sha256("\n".join([f"world {WORLD}", *sorted(different)]).encode()).hexdigest()[:16]
+            kinds.append(json.dumps(cell.model_dump(mode="json", exclude=unconcerned), sort_keys=True))
+        return kinds
 
     def made_table(self, folder: Path = MADE_TABLES) -> Path:
         """File of the line's table of throws, as commands name the tables that they make."""
@@ -287,7 +293,10 @@ class LineConfig(LevelConfig):
 
     def cells(self) -> list[ConveyorConfig]:
         """Each robot as a conveyor cell of its own."""
-        return [self.cell_of(index) for index in range(len(self.robots))]
+        alike = [(robot.robot, robot.percent, robot.bins) for robot in self.robots]
+        first = [alike.index(own) for own in alike]
+        made = {index: self.cell_of(index) for index in sorted(set(first))}
+        return [made[index] for index in first]
 
     def cell_of(self, index: int) -> ConveyorConfig:
         """One robot as a conveyor cell of its own."""
@@ -362,6 +371,6 @@ def distinct_cells(cells: Sequence[ConveyorConfig]) -> tuple[list[ConveyorConfig
     return [cells[texts.index(text)] for text in distinct], np.array([distinct.index(text) for text in texts])
 
 
-def _footprint(cell: ConveyorConfig) -> float:
+def footprint(cell: ConveyorConfig) -> float:
     """Mean area of the belt that an object covers, as a rectangle [m2]."""
     return float(cell.shares() @ [item.size[0] * item.size[1] for item in cell.item_list()])

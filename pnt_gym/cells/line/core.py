@@ -172,7 +172,8 @@ class LineCore:
         if rows.size == 0:
             return {}
         figures: dict[str, NDArray[Any]] = {}
-        for name, values in shift_figures(self.config, self.cell.state, self.cell.stream, rows).items():
+        cell = self.cell
+        for name, values in shift_figures(self.config, cell.chooser.tables, cell.state, cell.stream, rows).items():
             figures[name] = np.full((self.count, *values.shape[1:]), np.nan)
             figures[name][rows] = values
         return figures

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.line import simulate
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.rows import LineState, Tally, Worth
+from pnt_gym.cells.line.rows import LineState, Tables, Tally, Worth
 from pnt_gym.cells.line.stream import Stream
 
 
-def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: Ints) -> dict[str, NDArray[Any]]:
+def shift_figures(
+    config: LineConfig, tables: Tables, state: LineState, stream: Stream, rows: Ints
+) -> dict[str, NDArray[Any]]:
     """Figures of the shifts of some lines (K,), and by item (K, items) or robot (K, R) as the names say.
 
     An object counts as arrived when it was lifted, or has passed the last window before the end of the shift. Objects
@@ -24,7 +26,7 @@ def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: In
     end = np.minimum(state.clock[rows], config.duration)
     tallies, worths = Tally.zeros(len(rows), len(config.cell.items)), Worth.zeros(*riders.shape)
     picks, minutes = np.zeros((len(rows), len(config.robots)), dtype=np.int64), end / 60.0
-    simulate.count_fates(config.cell.belt.speed * end, config.reach[1], riders, accounts, tallies, picks, worths)
+    simulate.count_fates(tables, end, riders, accounts, tallies, picks, worths)
     by_item = {name: tallies[name].copy() for name in Tally.fields}
     of_all = {name: count.sum(axis=1) for name, count in by_item.items()}
     value = {name: np.ascontiguousarray(worths[name]).sum(axis=1) for name in Worth.fields}
@@ -38,6 +40,7 @@ def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: In
         "shift_misplaced": of_all["in_wrong"],
         "shift_on_floor": of_all["on_floor"],
         "shift_passed": of_all["passed"],
+        "shift_out_of_reach": of_all["unreached"],
         "shift_recovery": _ratio(of_all["in_right"], arrived.sum(axis=1)),
         "shift_value_recovery": _ratio(value["sorted"], value["arrived"]),
         "shift_purity": _ratio(of_all["in_right"], of_all["in_right"] + of_all["in_wrong"]),
@@ -47,6 +50,7 @@ def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: In
         "shift_on_floor_by_item": by_item["on_floor"],
         "shift_passed_by_item": by_item["passed"],
         "shift_passed_tried_by_item": by_item["tried"],
+        "shift_out_of_reach_by_item": by_item["unreached"],
         "shift_passed_value_per_min": value["passed"] / minutes,
         "shift_passed_tried": _ratio(of_all["tried"], of_all["passed"]),
         "shift_picks_by_robot": picks,

@@ -66,7 +66,7 @@ def _meet_candidates(
 
 
 @kernel_part
-def _lay_out(line: LineNumbers, setting: Setting, site: Site, pick: Floats1, throw: Throw) -> tuple[float, bool]:
+def lay_out(line: LineNumbers, setting: Setting, site: Site, pick: Floats1, throw: Throw) -> tuple[float, bool]:
     """Write a throw to plan; returns the time of the fading and whether the limits allow it."""
     speed, velocity, peak, jerk = line.speed, setting.velocity, setting.acceleration, setting.jerk
     start, fading, is_possible = pick[0], 0.0, True
@@ -111,10 +111,16 @@ def _write_throw(rules: StopRules, throw: Throw, release: Any, fading: float, ch
 
 
 @kernel_part
-def _space(setting: Setting) -> Space:
+def space_of(setting: Setting) -> Space:
     """Workspace of the robot that has a speed setting."""
     s = setting
     return Space(s.semi_x, s.semi_y, s.z_min, s.z_max, s.x, s.y, s.hole)
+
+
+@kernel_part
+def stop_rules(line: LineNumbers) -> StopRules:
+    """Rules by which the hands of a line stop after a throw."""
+    return StopRules(line.coast, line.gravity_share, line.reserve)
 
 
 @kernel_part
@@ -124,18 +130,18 @@ def _plan_throws(
     """Plan the throws of met candidates that robots can execute for their targets and for moved targets."""
     count, line = len(meetings), tables.line[0]
     throws, fading, is_good = empty_rows(count, THROW), np.empty(count), np.empty(count, dtype=np.bool_)
-    rules, shifts = StopRules(line.coast, line.gravity_share, line.reserve), np.empty((count, 2))
+    rules, shifts = stop_rules(line), np.empty((count, 2))
     for m in range(count):
         candidate, pick = candidates[meetings[m].candidate], meetings[m].pick
         setting, site = tables.settings[candidate.setting], tables.sites[candidate.site]
-        fading[m], is_good[m] = _lay_out(line, setting, site, pick, throws[m])
-        is_good[m] &= space_margin(pick[0], pick[1], pick[2], _space(setting)) >= 0.0
+        fading[m], is_good[m] = lay_out(line, setting, site, pick, throws[m])
+        is_good[m] &= space_margin(pick[0], pick[1], pick[2], space_of(setting)) >= 0.0
         shifts[m, 0], shifts[m, 1] = reserve_shift(throws[m], pick, line.reserve)
     releases = release_rows(throws, False, False, choose_slopes(throws, False))
     choices, good = empty_rows(count, CHOICE), 0
     for m in range(count):
         candidate, shift = candidates[meetings[m].candidate], (shifts[m, 0], shifts[m, 1])
-        space = _space(tables.settings[candidate.setting])
+        space = space_of(tables.settings[candidate.setting])
         if is_good[m] and stays_inside(throws[m], releases[m], shift, rules, space):
             choice = choices[good]
             _write_pick(tables, candidate, meetings[m], seen[candidate.line, candidate.place].index, choice)

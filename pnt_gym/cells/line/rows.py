@@ -249,6 +249,7 @@ class Tally(Row):
     on_floor: int = field("-", "objects in no bin")
     passed: int = field("-", "objects past the last window")
     tried: int = field("-", "objects past the last window that a robot has tried to pick")
+    unreached: int = field("-", "objects past the last window that no robot can throw into a bin that takes them")
 
 
 @final

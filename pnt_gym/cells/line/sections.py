@@ -101,6 +101,22 @@ class Cost(Section):
         return bool(self.robot_hour or self.joule or any(self.per_tonne.values()))
 
 
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+@final
+class TableEntries(Section):
+    """A table of throws in the level itself, with the entries of the file that `pnt-gym line calibrate` writes."""
+
+    digest: str = Field(description="Name of the cells for which the throws were counted.")
+    percent: tuple[Finite, ...] = Field(description="Speed settings [%].")
+    edges: tuple[Finite, ...] = Field(description="Borders between the classes of distance [m].")
+    picked: tuple[Share, ...] = Field(description="Share of the picks in which the cup seals, by item.")
+    landed: tuple[tuple[tuple[Share, ...], ...], ...] = Field(
+        description="Share of the held objects that end in their bin, by item, speed setting and class of distance."
+    )
+
+
 @final
 class Down(Section):
     """Standstill of one robot for a part of the work shift."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from pnt_gym.cells.line.choose import landing_chance, write_choices
 from pnt_gym.cells.line.plan import plan_options
+from pnt_gym.cells.line.reach import is_reached
 from pnt_gym.cells.line.rows import (
     IDLE_TIME,
     NOBODY,
@@ -177,8 +178,8 @@ def end_cycles(
 
 @kernel
 def count_fates(
-    way: Floats1,
-    border: float,
+    tables: Tables,
+    ends: Floats1,
     riders: Rows2[Rider],
     accounts: Rows2[Account],
     tallies: Rows2[Tally],
@@ -188,20 +189,22 @@ def count_fates(
     """Count the objects of the work shifts of K lines by fate and item, and by robot.
 
     Args:
-        way: ways of the belts in the shifts (K,) [m].
-        border: downstream end of the last window [m].
+        tables: what the level says.
+        ends: ends of the shifts (K,) [s].
         riders: the objects (K, M).
         accounts: books of the objects (K, M).
         tallies: written to zeros, numbers of objects by item (K, items).
         picks: written to zeros, objects that each robot took and does not hold (K, R).
         worths: written to zeros, values of the objects (K, M).
     """
-    for k in range(len(way)):
+    border = tables.line[0].sight_high
+    for k in range(len(ends)):
+        way = tables.line[0].speed * ends[k]
         for i in range(riders.shape[1]):
             account, tally, worth = accounts[k, i], tallies[k, riders[k, i].kind], worths[k, i]
             if account.taker >= 0 and account.fate != HELD:
                 picks[k, account.taker] += 1
-            if account.fate == HELD or (account.fate == RIDES and not riders[k, i].x + way[k] > border):
+            if account.fate == HELD or (account.fate == RIDES and not riders[k, i].x + way > border):
                 continue
             worth.arrived = riders[k, i].worth
             if account.fate == SORTED:
@@ -215,3 +218,4 @@ def count_fates(
                 tally.passed += 1
                 worth.passed = worth.arrived
                 tally.tried += account.attempts > 0
+                tally.unreached += account.attempts == 0 and not is_reached(tables, riders[k, i])

@@ -19,6 +19,7 @@ motion has at every time at least the fading's acceleration, so its speed is bel
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -55,6 +56,13 @@ def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
 
 def fastest_belt(limits: LimitRows) -> float:
     """The fastest belt [m/s] with which N hands can ride, if all hands take the shortest of their fading times."""
+    return _fastest_belt(*(tuple(column.tolist()) for column in limits))
+
+
+@lru_cache(maxsize=256)
+def _fastest_belt(*columns: tuple[float, ...]) -> float:
+    """`fastest_belt` by the columns of the limits: every level that is read asks, mostly for the same hands."""
+    limits = LimitRows(*map(np.array, columns))
 
     def rides(speed: Floats) -> Bools:
         time = fade(limits, speed.item(), 0.0).time.min()

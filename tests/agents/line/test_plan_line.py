@@ -7,9 +7,12 @@ import pytest
 
 import pnt_gym
 from agents.ground.cli import UsageError
+from agents.ground.metrics import Interval
 from agents.judging.losses import FATES, Counted, Fates
 from agents.judging.shifts import Shifts
 from agents.line import reasons, verdict
+from agents.line.changes import Gain, possible_changes
+from agents.line.goal import Goal
 from agents.line.plans import (
     Conditions,
     Planned,
@@ -19,10 +22,9 @@ from agents.line.plans import (
     money_per_hour,
     standstill,
     table_spread,
-    try_changes,
     with_standstill,
 )
-from agents.line.reasons import check_text, reason
+from agents.line.reasons import check_text, main_losses, reason
 from pnt_gym.cells.line.chances import shipped_table
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
@@ -95,88 +97,120 @@ def planned(recovery, *items, robots=3, work=(0.95, 0.5, 0.5), **numbers):
     fates = {fate: float(np.dot([of[fate] for of in shares.values()], arrived)) / 100.0 for fate in FATES}
     row = {"robots": robots, "belt_speed": 0.4, "percent": 60.0, "skills": "level", **numbers}
     row |= {"recovery": recovery, "recovery_low": recovery - 0.02, "recovery_high": recovery + 0.02}
-    row |= {"fates": fates, "fates_by_item": shares, "arrived": arrived, "utilisation": work, "value_per_min": 9.0}
+    row |= {
+        "fates": fates,
+        "fates_by_item": shares,
+        "arrived": arrived,
+        "utilisation": work,
+        "value_per_min": 9.0,
+        "sorted_per_min": 50.0 * recovery,
+    }
+    row |= {"sorted_per_min_low": 50.0 * recovery - 1.0}
     row |= {"energy_per_sorted_j": 40.0, "money_per_hour": None}
     return Planned(config, None, row, np.full(16, recovery))
 
 
-WELL = (97, 0, 1, 0, 1, 1)
+WELL = (97, 0, 1, 0, 1, 1, 0)
+
+
+def brings(what: str, points: float, low: float, high: float) -> Gain:
+    """What a change brings, in points."""
+    return Gain(what, "", 0.8, Interval(points / 100.0, low / 100.0, high / 100.0), None)
 
 
 def test_a_light_item_that_every_throw_misses_is_the_reason():
-    plan = planned(0.75, WELL, WELL, (3, 0, 94, 0, 1, 2))
-    twin = planned(0.93, WELL, WELL, (94, 0, 3, 0, 1, 2))
+    plan = planned(0.75, WELL, WELL, (3, 0, 94, 0, 1, 2, 0))
     assert plan.thrown_badly(2) == pytest.approx(94 / 97)
-    assert plan.bound == pytest.approx(0.8 * 97 / 98 + 0.2 * 3 / 97)
-    text = reason(plan, 0.95, "analytic", ("learned", twin), {})
-    assert text == (
-        "the reason: alu is thrown and misses (96.9 %), so more robots do not help: with every object picked these "
-        "throws sort 79.8 %; release learned loses 3.1 % of alu, and the plan sorts 93.0 % instead of 75.0 % with "
-        "analytic"
+    gains = [brings("release learned", 18.0, 16.0, 20.0), brings("one more robot", 0.1, -0.5, 0.6)]
+    assert reason(plan, gains) == (
+        "the reason: 19.6 % of all objects are thrown and miss (94.0 % of alu); over the same shifts recovery rises by "
+        "18.0 points (16.0..20.0) with release learned; no difference with one more robot"
     )
 
 
-def test_throws_are_named_only_as_far_as_they_matter():
-    plan = planned(0.8, (60, 0, 0, 38, 1, 1), WELL, (20, 0, 77, 0, 1, 2))
-    text = reason(plan, 0.95, "analytic", ("learned", plan), {})
-    assert "alu is thrown and misses (79.4 %) and hdpe is thrown and is lost on the way (38.8 %), so more" in text
-    good_enough = planned(0.9, (90, 0, 6, 0, 2, 2), WELL, WELL)
-    text = reason(good_enough, 0.91, "analytic", ("learned", good_enough), {})
-    assert "hdpe is thrown and misses (6.2 %), so better throws help more than more robots:" in text
+def test_losses_are_named_as_far_as_they_matter_the_largest_first():
+    plan = planned(0.8, (60, 0, 0, 38, 1, 1, 0), WELL, (20, 0, 77, 0, 1, 2, 0))
+    assert [name for name, _ in main_losses(plan)] == ["lost", "missed"]
+    assert "19.0 % of all objects are lost on the way (38.0 % of hdpe), and 15.7 % of all" in reason(plan, [])
+    plan = planned(0.7, (50, 0, 0, 0, 0, 5, 45), WELL, (60, 0, 0, 0, 0, 0, 40))
+    assert "30.5 % of all objects are out of reach: no robot can throw them" in reason(plan, [])
+    assert reason(planned(1.0, *[(100, 0, 0, 0, 0, 0, 0)] * 3), []) == "no object was lost"
 
 
-def test_objects_that_nobody_tries_are_the_reason():
-    plan = planned(0.7, WELL, (50, 0, 1, 0, 2, 47), WELL, work=(0.97, 0.96, 0.4))
-    changes = {"one more robot": 0.8, "half as many objects": 0.93}
-    assert reason(plan, 0.95, "analytic", ("learned", plan), changes) == (
-        "the reason: 47.0 % of brick pass the end, not tried; taken by first, second, at work 97.0 %, 96.0 %; by the "
-        "same table the plan would sort 80.0 % with one more robot, 93.0 % with half as many objects"
+def test_objects_that_nobody_tries_name_the_robots_that_take_them():
+    plan = planned(0.7, WELL, (50, 0, 1, 0, 2, 47, 0), WELL, work=(0.97, 0.96, 0.4))
+    best = [brings("half as many objects", 23.0, 21.0, 25.0), brings("robots b", 3.0, 2.0, 4.0)]
+    worse = [brings("robots a", 1.0, 0.5, 2.0), brings("a belt", -3.0, -4.0, -2.0)]
+    assert reason(plan, best + worse).endswith(
+        "pass the end, not tried (47.0 % of brick); taken by first, second, at work 97.0 %, 96.0 %; over the same "
+        "shifts recovery rises by 23.0 points (21.0..25.0) with half as many objects, by 3.0 points (2.0..4.0) with "
+        "robots b, by 1.0 points (0.5..2.0) with robots a"
     )
+    assert reason(plan, worse[1:]).endswith("; no change that was tried brings more")
 
 
-def test_a_plan_is_tried_with_one_thing_changed(monkeypatch):
-    lines = []
-
-    def work(line, conditions):
-        lines.append(line)
-        return Shifts({"shift_recovery": np.full(2, 0.5 + 0.1 * len(lines))}, {}, 0, 0, 0.0)
-
-    monkeypatch.setattr("agents.line.plans.work", work)
-    changes = try_changes(planned(0.5, WELL, WELL, WELL), Conditions())
-    assert changes == pytest.approx(
-        {"one more robot": 0.6, "all skills for every robot": 0.7, "half as many objects": 0.8}
-    )
-    assert [len(line.robots) for line in lines] == [4, 3, 3]
-    assert lines[1].can_take().all()
-    assert [line.arrivals.rate for line in lines] == [2.5, 2.5, 1.25]
+def test_of_each_kind_of_change_the_best_one_is_named():
+    plan, low = planned(0.7, WELL, WELL, WELL), Interval(0.01, 0.005, 0.02)
+    gains = [Gain("robots", name, 0.8, low, None) for name in ("wide", "narrow")]
+    assert reason(plan, gains).endswith("recovery rises by 1.0 points (0.5..2.0) with robots wide")
 
 
-def test_cups_that_do_not_seal_are_the_reason():
-    plan = planned(0.8, WELL, (60, 0, 1, 0, 30, 9), WELL, work=(0.5, 0.6, 0.4))
-    text = reason(plan, 0.95, "analytic", ("learned", plan), {})
-    assert text.startswith("the reason: 30.0 % of brick pass the end after picks in which")
+def test_changes_of_a_line_differ_from_it_in_one_thing():
+    line = LineConfig.load(plant())
+    changes = {change.what: change for change in possible_changes(line, "hdpe")}
+    assert len(changes["one more robot"].config.robots) == 4
+    assert changes["all skills for every robot"].config.can_take().all()
+    assert changes["half as many objects"].config.arrivals.rate == line.arrivals.rate / 2.0
+    assert changes["a belt at"].config.cell.belt.speed == pytest.approx(0.75 * line.cell.belt.speed)
+    swapped = [(bin_.x, bin_.y) for bin_ in changes["a swap of bins"].config.cell.bins.fixed]
+    assert sorted(swapped) == [(bin_.x, bin_.y) for bin_ in line.cell.bins.fixed] != swapped
+    assert changes["robots"].config.cell.robot.name not in {sheet.name for sheet in line.sheets()}
+    assert {change.config.value == line.value for change in changes.values()} == {True}
+    own = LineConfig.load("skills3")
+    assert [change.to for change in possible_changes(own, "tray") if change.what == "a swap of bins"]
 
 
 def test_the_chosen_plan_is_judged_by_its_own_throws_until_it_stays_the_chosen_one(monkeypatch):
     two, three, four = (planned(share, WELL, WELL, WELL, robots=n) for n, share in ((2, 0.97), (3, 0.96), (4, 0.8)))
     again = {2: planned(0.9, WELL, WELL, WELL, robots=2), 3: planned(0.95, WELL, WELL, WELL, robots=3)}
     monkeypatch.setattr(verdict, "judge_again", lambda plan, *_: again[plan.row["robots"]])
-    plans = verdict.recount_chosen([two, three, four], 0.92, Conditions(), None)
+    plans = verdict.recount_chosen([two, three, four], Goal.of(0.92), Conditions(), None)
     assert plans[0] is again[2]
     assert plans[1] is again[3]
     assert plans[2] is four
 
 
 def test_the_table_names_causes_and_the_worst_item():
-    plans = [planned(0.97, WELL, WELL, WELL, robots=4), planned(0.7, WELL, (50, 0, 1, 0, 2, 47), WELL)]
-    assert reasons.choose(plans, 0.9) == (plans[0], True)
-    assert reasons.choose(plans, 0.99) == (plans[0], False)
-    table = reasons.table("x", plans, 0.9)
+    plans = [planned(0.97, WELL, WELL, WELL, robots=4), planned(0.7, WELL, (50, 0, 1, 0, 2, 47, 0), WELL)]
+    assert reasons.choose(plans, Goal.of(0.9)) == (plans[0], True)
+    assert reasons.choose(plans, Goal.of(0.99)) == (plans[0], False)
+    table = reasons.table("x", plans, Goal.of(0.9))
     assert not {"skills", "belt", "limits", "money/h"} & set(table.header)
     assert table.headline == f"x, belt {plans[0].row['belt_speed']:.2f} m/s, limits {plans[0].row['percent']:g} %"
     second = dict(zip(table.header, table.rows[1], strict=True))
     assert (second["worst item"], second["missed"], second["not tried"]) == ("brick 50.0", "1.0", "14.8")
     assert [row[-1] for row in table.rows] == ["yes", "no"]
+
+
+def test_the_cheapest_plan_that_reaches_a_pace_is_chosen():
+    plans = [planned(share, WELL, WELL, WELL, robots=n) for n, share in ((2, 0.7), (3, 0.9), (4, 0.95))]
+    goal = Goal.of(want="40/min")
+    assert reasons.choose(plans, goal) == (plans[1], True)
+    assert reasons.answer(plans[1], True, goal).startswith("the smallest plan with 40.0 sorted a minute: 3 robots")
+    for plan, money in zip(plans, (1.0, 2.0, 3.0), strict=True):
+        plan.row["money_per_hour"] = money
+    assert reasons.choose(plans, goal) == (plans[2], True)
+    assert reasons.answer(plans[2], True, goal).startswith("the cheapest plan with 40.0 sorted")
+    assert reasons.answer(plans[2], False, Goal.of(want="60 / min")).endswith("reaches 47.5 sorted a minute")
+    assert Goal.of(want="99 %") == Goal("recovery", 0.99)
+
+
+@pytest.mark.parametrize("want", ["95", "0%", "100%", "-3/min", "0/min", "fast", "90/h", "nan%"])
+def test_what_is_wanted_is_a_recovery_or_a_pace(want):
+    with pytest.raises(UsageError, match=r"--want is .*; it must be a recovery below 100 % or a pace"):
+        Goal.of(want=want)
+    with pytest.raises(UsageError, match=r"leave one of them out"):
+        Goal.of(0.9, "95%")
 
 
 def test_the_full_physics_is_said_to_agree_or_not():
@@ -192,7 +226,7 @@ def test_the_full_physics_is_said_to_agree_or_not():
 def test_few_counted_throws_make_wide_intervals_by_hand():
     # Of 100 objects 50 picks are of the first item, of which 40 sealed and 20 ended in their bin; all 20 of the second
     # did. 25 sealed picks behind the table are 31.25 picks: 0.5^2 x 0.4 x 0.6 / 31.25 is the whole variance.
-    counts = np.array([[[20.0, 5.0, 10.0, 5.0, 10.0, 30.0], [20.0, 0.0, 0.0, 0.0, 0.0, 0.0]]])
+    counts = np.array([[[20.0, 5.0, 10.0, 5.0, 10.0, 30.0, 0.0], [20.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]]])
     nothing = np.zeros(2, dtype=np.int64)
     counted = Counted(
         np.array([25, 9]), nothing, nothing, nothing, np.ones(1), np.ones((2, 1)), (np.zeros((0, 2)),) * 2
@@ -231,7 +265,8 @@ def test_the_light_item_of_the_plant_is_the_reason(planned_plant):
     plan, twin = told["plans"][0], told["other_release"]
     assert plan["chances_by"] == twin["chances_by"] == "price"
     assert "no plan reaches a recovery of 95.0 %; the best plan, 3 robots at 60 %" in words
-    assert "the reason: alu is thrown and misses (" in words and "so more robots do not help" in words
+    assert "of all objects are thrown and miss (" in words and "% of alu" in words
+    assert told["gains"]["release shipped:waste-sac"][0] > 0.0
     alu = plan["fates_by_item"]["alu"]
     assert max(alu, key=alu.__getitem__) == "missed"
     assert twin["release"] == "shipped:waste-sac"
@@ -262,7 +297,7 @@ def working_folder(tmp_path_factory):
 
 def test_it_says_which_plan_is_enough(working_folder):
     line = "line plan --level skills3 --robots 1 3 --shifts 2 --minutes 0.2 --recovery 0.2 --throws 100 --check 0"
-    said = output_of(f"{line} --json plans.json", working_folder)
+    said = output_of(f"{line} --no-mend --json plans.json", working_folder)
     plans = json.loads((working_folder / "plans.json").read_text())["plans"]
     assert [plan["robots"] for plan in plans] == [1, 3]
     assert plans[1]["recovery"] > plans[0]["recovery"] > 0.0
@@ -273,7 +308,7 @@ def test_it_says_which_plan_is_enough(working_folder):
 def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(working_folder):
     assert "unknown shipped policy 'shipped:nobody'" in refused("agents.line plan", "--release", "shipped:nobody")
     line = "line plan --level skills3 --robots 3 --shifts 2 --minutes 0.1 --throws 100 --check 2 --release random"
-    output_of(f"{line} --json plans.json", working_folder)
+    output_of(f"{line} --no-mend --json plans.json", working_folder)
     told = json.loads((working_folder / "plans.json").read_text())
     assert (told["release"], told["other_release"]["release"]) == ("random", "analytic")
 
@@ -281,7 +316,7 @@ def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(workin
 def test_from_python(working_folder, monkeypatch):
     monkeypatch.chdir(working_folder)
     found = pnt_gym.plan_line(
-        "skills3", robots=(2,), shifts=2, minutes=0.1, throws=100, check=0, threads=1, tables="here"
+        "skills3", robots=(2,), shifts=2, minutes=0.1, throws=100, check=0, threads=1, tables="here", mend=False
     )
     assert list((working_folder / "here").iterdir())
     assert [plan["robots"] for plan in found["plans"]] == [2]

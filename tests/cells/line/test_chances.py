@@ -9,6 +9,7 @@ from pnt_gym.cells.line.chances import PRIOR, Chances, format_table, read_table
 from pnt_gym.cells.line.choose import landing_chance
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.rows import Choice
+from pnt_gym.errors import ConfigError
 from tests.tools.line import begun, chances, decided, with_table
 
 CONFIG = LineConfig.load({"base": "speed", "throws": "flight"})
@@ -38,6 +39,43 @@ def test_a_table_is_what_was_counted():
                 own = [i for i in throws if percent[i] == speed and low < distance[i] <= high]
                 wanted = (sum(won[i] for i in own) + PRIOR * mean) / (len(own) + PRIOR)
                 assert made.landed[item, setting, near] == pytest.approx(wanted)
+
+
+def test_shares_of_few_held_objects_have_no_bias():
+    """12 throws of the first item at two speeds, by hand; nobody threw the other items."""
+    percent, distance, kind = np.tile([30.0, 50.0], 6), np.linspace(0.5, 1.1, 12), np.zeros(12, dtype=np.int64)
+    hits, sealing = np.arange(12) % 4 != 0, np.array([0.9, 0.8, 0.7, 0.6])
+    made = Chances.from_held(sealing, kind, percent, distance, hits)
+    assert made.picked is sealing
+    assert made.landed[1:] == pytest.approx(0.75)
+    for near in range(4):  # three throws in each class of distance
+        own = slice(3 * near, 3 * near + 3)
+        for setting, speed in enumerate((30.0, 50.0)):
+            rows = percent[own] == speed
+            wanted = (hits[own][rows].sum() + PRIOR * 0.75) / (rows.sum() + PRIOR)
+            assert made.landed[0, setting, near] == pytest.approx(wanted)
+    usual = Chances(np.array([50.0]), np.array([0.8]), sealing, np.array([[[0.2, 0.4]]] * 4))
+    shrunk = Chances.from_held(sealing, kind, percent, distance, hits, usual)
+    assert shrunk.landed[1:, 0].tolist() == [pytest.approx([0.2, 0.2, 0.4, 0.4])] * 3
+    assert shrunk.landed[0, 0, 0] == pytest.approx((hits[:3][percent[:3] == 30.0].sum() + PRIOR * 0.2) / (2 + PRIOR))
+
+
+def test_a_level_may_hold_its_table(tmp_path):
+    level = with_table({"base": "speed"}, tmp_path)
+    entries = json.loads((tmp_path / level["chances"]).read_text())
+    held = LineConfig.load({"base": "speed", "chances": entries})
+    found, made = read_table(held), read_table(LineConfig.load(level))
+    assert found is not None and made is not None
+    assert found.entries == made.entries
+    assert held.files() == ()
+    for key, value, said in (
+        ("digest", "other", "the level's table was made for other cells than those of level"),
+        ("picked", [0.5], "the level's table is not a table"),
+    ):
+        with pytest.raises(ConfigError, match=said):
+            read_table(LineConfig.load({"base": "speed", "chances": {**entries, key: value}}))
+    with pytest.raises(ConfigError, match=r"chances.*edge"):
+        LineConfig.load({"base": "speed", "chances": {**entries, "edge": 1}})
 
 
 def test_cups_that_never_fail_are_certain():

@@ -79,14 +79,18 @@ class Parting(NamedTuple):
 
 
 def picked(context: Context, config: ConveyorConfig) -> Bools:
-    """Which cups seal on their objects (N,).
-
-    The probability of failure scales with the mismatch, like every effect that the planner does not model.
-    """
+    """Which cups seal on their objects (N,)."""
     if not config.pick.fails:
         return np.full(len(context.pick), True)
-    fails: Floats = np.minimum(config.mismatch * (1.0 - seal_chance(context)), 1.0)
-    return context.objects.pick_draw >= fails
+    return context.objects.pick_draw >= fail_chance(context, config)
+
+
+def fail_chance(context: Context, config: ConveyorConfig) -> Floats:
+    """Probability that a cup does not seal on its object (N,), in levels in which picks fail.
+
+    The probability scales with the mismatch, like every effect that the planner does not model.
+    """
+    return np.minimum(config.mismatch * (1.0 - seal_chance(context)), 1.0)
 
 
 def seal_chance(context: Context) -> Floats:
