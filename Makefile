@@ -9,7 +9,7 @@ TOOLS := $(VENV)/tools/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup dev train test test-all test-cluster lint format docs pages datasets bench bench-quick perf reproduce pictures report \
+.PHONY: help setup dev kernels cluster train test test-all test-cluster lint format docs pages datasets bench bench-quick perf reproduce pictures design-pictures report \
 	studies kill \
 	fuzz soak lock audit wheel package clean
 
@@ -31,6 +31,9 @@ $(DEV): $(STAMP)
 	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[dev]"
 	@touch $(DEV)
 
+kernels: setup ## make the machine code that the tests need, once (about a minute)
+	$(BIN)/python -m tests.tools.kernels
+
 train: setup ## train on PnTConveyor-v0, then compare with the analytic planner (minutes on 2 cores)
 	$(BIN)/python -m agents.train --env PnTConveyor-v0
 
@@ -40,7 +43,9 @@ test: dev ## run the tests, but for those that are marked as nightly
 test-all: dev ## run all tests, the nightly ones as well
 	$(BIN)/python -m pytest -n auto --dist loadfile -m ""
 
-test-cluster: $(CLUSTER) ## run the tests on two machines of a Ray cluster, one of which dies (adds Ray to .venv)
+cluster: $(CLUSTER) ## add Ray to .venv
+
+test-cluster: cluster ## run the tests on two machines of a Ray cluster, one of which dies
 	$(BIN)/python -m pytest tests/cluster -n 2 --dist loadfile
 
 $(CLUSTER): $(DEV)
@@ -51,7 +56,6 @@ lint: dev ## style, types, and the one-way flow between rooms
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
-	$(BIN)/pyright -p papers
 	$(BIN)/lint-imports
 
 format: dev ## rewrite the code in the project's style
@@ -96,6 +100,9 @@ studies: dev ## what plans in configs/studies find out, into results/ (hours; st
 reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (three minutes of processor time; stop and resume)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures
 	$(BIN)/python -m agents.report
+
+design-pictures: dev ## pictures of the design page, into docs/pictures; needs Chromium
+	$(BIN)/python docs/design_pictures.py
 
 pictures: setup ## pictures and videos of throws, into results/figures and docs/pictures
 	$(BIN)/python docs/pictures.py

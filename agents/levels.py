@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.metadata import distribution
 from pathlib import Path
 from typing import Annotated
 
@@ -27,11 +28,15 @@ class Arguments:
     """Write a commented level to start from to this new file."""
     like: Annotated[str | None, option("PnT/waste", "FAMILY/LEVEL|LEVEL")] = None
     """The shipped level that a new level begins as."""
+    mjcf: Annotated[Path | None, option("none", "DIR")] = None
+    """Write the robots as MJCF to this new folder, each with scene, licence and notes, as in a model collection."""
 
 
 def main(arguments: Arguments) -> None:
-    """Print the list of levels or the settings of one level, or write a new level."""
-    if arguments.new is not None:
+    """Print the list of levels or the settings of one level, or write a new level or the robots' models."""
+    if arguments.mjcf is not None:
+        write_models(arguments.mjcf)
+    elif arguments.new is not None:
         file, like = arguments.new, arguments.like or "PnT/waste"
         check_ending("new", file, (".yaml", ".yml"))
         family, kind, name = levels.find(like)
@@ -50,6 +55,25 @@ def main(arguments: Arguments) -> None:
         console().print(Grid("levels that ship", ("environments / level", "what it is"), rows).terminal())
         policies = ", ".join(f"{PREFIX}{name} ({policy.env})" for name, policy in POLICIES.items())
         console().print(f"policies that ship, see `pnt-gym controllers`: {policies}")
+
+
+def write_models(folder: Path) -> None:
+    """Write the robots as MJCF to a new folder.
+
+    Raises:
+        UsageError: the folder exists and is not empty.
+    """
+    from pnt_gym.robots.collection import MODELS, write_texts  # noqa: PLC0415 - loads the engine
+
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UsageError(f"--mjcf is {str(folder)!r}, which exists and is not empty; give another folder")
+    package = distribution("pnt_gym")
+    licence = package.read_text("licenses/LICENSE") or "MIT License, the pnt_gym authors\n"
+    for path, text in write_texts(licence, package.version).items():
+        deliver_text(folder / path, text)
+    console().print(
+        f"{folder} has the robots {' and '.join(MODELS)}; begin with {folder / next(iter(MODELS)) / 'scene.xml'}"
+    )
 
 
 if __name__ == "__main__":

@@ -11,16 +11,21 @@ from typing import Annotated, Literal
 import numpy as np
 import tyro
 
+from pnt_gym.cells.line.config import LineConfig
+
 from .ground.cli import UsageError, at_least, check_effects, check_libraries, option, run
+from .ground.environments import config_of
 from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable
 from .ground.tables import console
+from .learning import trained
 from .pictures import studio
 from .pictures.door import LOOPBACK
 from .pictures.stage import Stage
 
 VIEWER = (
     "Show the throws live, with their figures, until the viewer is closed. Level and controller can be changed in the "
-    "viewer. native opens a window; web serves a page for browsers of this machine, also without a display."
+    "viewer. native opens a window; web serves a page for browsers of this machine, also without a display. A line is "
+    "shown by web alone, with the extra `design`."
 )
 ADDRESS = (
     "Address of this machine at which --viewer web serves its page, such as 0.0.0.0 for all of them. Everyone who "
@@ -83,8 +88,7 @@ def main(arguments: Arguments) -> None:
     if arguments.picture is not None:
         check_libraries("PIL")
     if arguments.viewer is not None:
-        address = (arguments.address or LOOPBACK) if arguments.viewer == "web" else None
-        studio.show(address, arguments.controller, arguments.env, arguments.level, partial(open_stage, arguments))
+        _show(arguments)
         return
     with closing(open_stage(arguments, arguments.controller, arguments.level)) as stage:
         if arguments.video is not None:
@@ -95,6 +99,36 @@ def main(arguments: Arguments) -> None:
         elif arguments.picture is not None:
             stage.draw(arguments.picture, arguments.at)
             console().print(f"picture of a throw in {arguments.picture}")
+
+
+def _show(arguments: Arguments) -> None:
+    """Show the controller at work until the viewer is closed."""
+    if _is_line(arguments):
+        _watch_line(arguments)
+        return
+    address = (arguments.address or LOOPBACK) if arguments.viewer == "web" else None
+    studio.show(address, arguments.controller, arguments.env, arguments.level, partial(open_stage, arguments))
+
+
+def _is_line(arguments: Arguments) -> bool:
+    """Whether the controller acts on a line of robots."""
+    env, level, _ = trained.resolve(arguments.controller, arguments.env, arguments.level, None)
+    return isinstance(config_of(env, level), LineConfig)
+
+
+def _watch_line(arguments: Arguments) -> None:
+    """Show a line at work in a browser.
+
+    Raises:
+        UsageError: a window is asked for.
+    """
+    if arguments.viewer == "native":
+        raise UsageError("--viewer native shows a single robot; --viewer web shows a line")
+    check_libraries("viser")
+    from .design import watch  # noqa: PLC0415 - needs the extra `design`
+
+    stage = partial(open_stage, arguments, arguments.controller, arguments.level)
+    watch.show(arguments.address or LOOPBACK, arguments.controller, stage)
 
 
 def open_stage(arguments: Arguments, controller: str, level: str | None) -> Stage:

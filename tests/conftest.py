@@ -1,8 +1,6 @@
 """Settings for all tests: no OpenGL window, and no thread pools beside the ones a test asks for."""
 
-import importlib
 import os
-from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -15,17 +13,16 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
 # Chooses an offscreen OpenGL library, if there is one, before any test imports mujoco by itself.
-import pnt_gym.engine  # noqa: E402
+import pnt_gym.engine  # noqa: E402, F401
 from pnt_gym.cells.base.canvas import rendering_problem  # noqa: E402
+from tests.tools.kernels import compile_kernels  # noqa: E402
 
 
 def pytest_configure(config):
     """Kernels are compiled once, before workers start, each of which would compile all of them."""
-    if getattr(config.option, "numprocesses", None):
-        package = Path(pnt_gym.__file__).parent
-        for file in package.rglob("*.py"):
-            if "\n@kernel\n" in file.read_text(encoding="utf-8"):
-                importlib.import_module(".".join(file.relative_to(package.parent).with_suffix("").parts))
+    processes = getattr(config.option, "numprocesses", None)
+    if processes:
+        compile_kernels(processes)
 
 
 def pytest_ignore_collect(collection_path, config):

@@ -25,6 +25,7 @@ from benchmarks.fuzz_cases.formats import FORMATS, Format, example
 from pnt_gym.errors import PntGymError
 from pnt_gym.reading import json_of, yaml_of
 from tests.tools.commands import call_here
+from tests.tools.nightly import with_nightly
 
 PLACES = [(name, file) for name, form in FORMATS.items() for file in form.files]
 Change = Callable[[Path], object]
@@ -54,7 +55,9 @@ def changes_of(change_once: Callable[[Draws], tuple[bytes, str]], count: int = 4
     return contents
 
 
-@pytest.mark.parametrize(("name", "file"), PLACES)
+@pytest.mark.parametrize(
+    ("name", "file"), with_nightly(PLACES, {Path(file).suffix: (name, file) for name, file in PLACES}.values())
+)
 def test_a_change_changes_a_file(name: str, file: str) -> None:
     data = (example(name) / file).read_bytes()
     news = set(changes_of(partial(change, name=file, data=data)))

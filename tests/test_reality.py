@@ -35,7 +35,7 @@ def folder(tmp_path_factory):
 
 
 def test_the_fit_finds_the_contact_that_made_the_tosses(folder, monkeypatch):
-    monkeypatch.setattr(reality, "FITTED", 12)
+    monkeypatch.setattr(reality, "FITTED", 6)
     found = reality.cube({"data": folder}, Amount(8, 0))
     assert (found["friction"], found["restitution"]) == (FRICTION, RESTITUTION)
     # The first attitude is rounded to single precision, and the height of rest is that of the last frame.

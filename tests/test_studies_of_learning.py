@@ -14,6 +14,7 @@ from agents.results.study import Amount
 from benchmarks.studies import oracle, pieces
 from benchmarks.studies.learners import CmaEs, GaussianProcess, Gp
 from pnt_gym.arrays import Floats
+from tests.tools.nightly import with_nightly
 
 FLIGHT: dict[str, Any] = {"base": "waste_plain", "fidelity": "flight"}
 FEW = Amount(throws=32, seed=0)
@@ -43,6 +44,19 @@ def test_added_errors_have_the_size_that_is_asked_for_and_cost_success() -> None
     assert row["difference"]["value"] == pytest.approx(row["near"] - row["far"])
 
 
+def test_other_throws_of_a_processor_are_counted_and_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of four throws lands 3 and 4 mm away, and one that dropped there has no landing to compare."""
+    here = {name: [0.0, 0.0, 0.0, 0.0] for name in pieces.NUMBERS} | {"outcome": ["a", "a", "b", "b"]}
+    away = {"along_m": [0.0, 0.003, 0.0, None], "across_m": [0.0, 0.004, 0.0, None], "outcome": ["a", "b", "b", "b"]}
+    monkeypatch.setattr(pieces, "_elsewhere", lambda _, variables: here | away if variables else here)
+    row = pieces.processors({"level": FLIGHT, "controller": "analytic", "variables": {"X": "y"}}, FEW)
+    assert row["throws"] == 4
+    assert row["differing"] == row["outcomes"] == 0.25
+    assert row["apart_most_m"] == pytest.approx(0.005)
+    assert row["mean_m"] == pytest.approx(0.005 / 3.0)
+
+
+@pytest.mark.nightly
 def test_a_process_for_the_same_processor_has_the_same_throws() -> None:
     row = pieces.processors({"level": FLIGHT, "controller": "analytic", "variables": {}}, FEW)
     assert row == {"throws": 32, **dict.fromkeys(list(row)[1:], 0.0)}
@@ -64,7 +78,10 @@ def test_a_gaussian_process_finds_a_smooth_function_and_keeps_it() -> None:
     assert np.array_equal(other.predict(new), process.predict(new))
 
 
-@pytest.mark.parametrize(("learner", "rows", "throws", "share"), [(Gp, 16, 160, 0.6), (CmaEs, 64, 6400, 0.9)])
+LEARNERS = [(Gp, 16, 160, 0.6), (CmaEs, 64, 6400, 0.9)]
+
+
+@pytest.mark.parametrize(("learner", "rows", "throws", "share"), with_nightly(LEARNERS, LEARNERS[:1]))
 def test_learners_of_the_curves_learn(learner: Any, rows: int, throws: int, share: float) -> None:
     with closing(make_vector("PnTRelease-v0", FLIGHT, rows, 1)) as env:
         controller = learner(core=core_of(env))

@@ -5,6 +5,7 @@ Every setting works the same shifts, so that the comparison is of settings and n
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -207,8 +208,7 @@ def weights(
         seed: seed of the search.
         begin: initial weights, zero for entries not listed; without any the index is the ATC rule.
     """
-    import cma  # noqa: PLC0415 - an extra, which only this search needs
-
+    cma: Any = importlib.import_module("cma")  # an extra without types, which only this search needs
     first = np.array([(begin or {}).get(name, 0.0) for name in WEIGHED])
     # For cma the seed 0 means the time of day.
     search = cma.CMAEvolutionStrategy(first, SPREAD, {"popsize": POPULATION, "seed": seed + 1, "verbose": -9})

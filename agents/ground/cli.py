@@ -64,6 +64,7 @@ EXTRAS = {
     "minari": "data",
     "h5py": "data",
     "ray": "cluster",
+    "viser": "design",
 }
 """Optional libraries, and the extra of the package that installs each."""
 

@@ -26,6 +26,7 @@ COMMANDS: Final = {
     "levels": ("levels", "list the shipped levels, print one in full, or write a new one to start from"),
     "controllers": ("roster", "list the controllers, and the policies that ship"),
     "doctor": ("doctor", "print versions and rendering, and throw for a second: the text for a bug report"),
+    "design": ("design.__main__", "design a line on a page in a browser: drag bins and robots, see what is sorted"),
     "line plan": ("line.plan", "sweep robots and belt speeds: the line that a stream of objects needs"),
     "line tune": ("line.tune", "find the settings of rules and planners of a line"),
     "line calibrate": ("line.calibrate", "count the chances of throws in the full physics, for the table of a line"),

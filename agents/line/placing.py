@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
 from types import FrameType
@@ -19,10 +20,13 @@ from ..ground.outputs import check_ending, check_writable, deliver_json, deliver
 from ..ground.streams import handle_signals, interrupt
 from ..ground.tables import console, percent, throws_bar, value_table
 from ..ground.versions import versions
-from . import verdict
+from . import reasons, verdict
+from .estimate import estimate
+from .flown import SETTLED
+from .goal import Goal
 from .layouts import What
 from .places import Improvement, Progress, improve
-from .plans import Sweep, make_plans
+from .plans import Conditions, Sweep, make_plans
 
 SWEPT: Final = ("robots", "speeds", "percents", "skills")
 """Options of a sweep, which has no place beside a search."""
@@ -44,10 +48,47 @@ def check_absent(options: Mapping[str, Any]) -> None:
 def place(what: What, options: Mapping[str, Any]) -> None:
     """Search for better places of a level's bins and robots, say what they bring, and write the level that has them.
 
+    With a goal the search goes on with one robot more until the line reaches the goal.
+
     Raises:
         UsageError: an option has no place beside `--place`, or is out of its range.
     """
-    changed = [f"--{name}" for name in SWEPT if options[name] != getattr(Sweep(), name)]
+    _check(what, options)
+    sweep, conditions = verdict.read(options)
+    goal = None if options["want"] is None else Goal.of(options["recovery"], options["want"])
+    level = verdict.load(options["level"], None)
+    levels.show(level)
+    counts = (len(level.robots),) if goal is None else tuple(sorted(sweep.robots))
+    for numbers, line in make_plans(level, replace(sweep, robots=counts)):
+        found = _search(line, what, options, conditions)
+        if numbers["robots"] != len(level.robots):
+            robots = [robot.model_dump(mode="json", exclude_unset=True) for robot in found.config.robots]
+            found = replace(found, differences={**found.differences, "robots": robots})
+        is_enough, answer = _answer(found, conditions, goal)
+        if is_enough or numbers["robots"] == counts[-1]:
+            report(found, line, options)
+            if answer:
+                console().print(answer)
+            return
+
+
+def _answer(found: Improvement, conditions: Conditions, goal: Goal | None) -> tuple[bool, str]:
+    """Whether the line with the places found reaches a goal by flights, and the answer in words, if there is a goal."""
+    if goal is None:
+        return True, ""
+    plan = estimate(found.config, conditions, SETTLED).planned
+    is_enough = goal.is_reached(plan.row)
+    return is_enough, f"with these places, by flights: {reasons.answer(plan, is_enough, goal)}"
+
+
+def _check(what: What, options: Mapping[str, Any]) -> None:
+    """Make sure that the options go with a search for places.
+
+    Raises:
+        UsageError: they do not.
+    """
+    swept = [name for name in SWEPT if name != "robots" or options["want"] is None]
+    changed = [f"--{name}" for name in swept if options[name] != getattr(Sweep(), name)]
     changed += [f"--{name}" for name in ("release", "picture") if options[name] is not None]
     if changed:
         raise UsageError(f"--place {what} keeps robots, speeds, limits, skills and throws: leave {changed[0]} out")
@@ -57,11 +98,10 @@ def place(what: What, options: Mapping[str, Any]) -> None:
             raise UsageError(f"--keep-out is {x0:g} {x1:g} {y0:g} {y1:g}; it must be X0 X1 Y0 Y1 with X0 < X1, Y0 < Y1")
     check_ending("write", options["write"], (".yaml", ".yml"))
     check_writable(options["json"], options["write"])
-    sweep, conditions = verdict.read(options)
-    level = verdict.load(options["level"], None)
-    levels.show(level)
-    count = len(level.robots)
-    _, line = next(make_plans(level, Sweep((count,), minutes=sweep.minutes, burst=sweep.burst, down=sweep.down)))
+
+
+def _search(line: LineConfig, what: What, options: Mapping[str, Any], conditions: Conditions) -> Improvement:
+    """Search for better places of a line with progress on the terminal; Ctrl-C ends the search with the best so far."""
     stop, names = Stop(), (options["keep_out"], options["tries"])
     with handle_signals(stop), throws_bar("best") as bar:
         task = bar.add_task("layouts", total=options["tries"], best="")
@@ -70,8 +110,7 @@ def place(what: What, options: Mapping[str, Any]) -> None:
             best = f"{percent(progress.best)} instead of {percent(progress.today)} by estimate"
             bar.update(task, description=progress.stage, completed=progress.tried, best=best)
 
-        found = improve(line, conditions, what, *names, tell=tell, should_stop=stop.is_set)
-    report(found, line, options)
+        return improve(line, conditions, what, *names, tell=tell, should_stop=stop.is_set)
 
 
 def report(found: Improvement, line: LineConfig, options: Mapping[str, Any]) -> None:

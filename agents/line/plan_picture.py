@@ -48,7 +48,7 @@ def _draw(part: Any, config: LineConfig, title: str) -> None:
             border.set(linewidth=0.7, edgecolor="#4c72b0")
             axes.add_patch(border)
         axes.annotate(robot.name, (robot.x, right - 0.04), ha="center", va="top", fontsize=8, color="#4c72b0")
-        _draw_bins(axes, config, index, _arriving(cell, index))
+        _draw_bins(axes, config, index, arriving(cell, index))
     for colour, words in ((WINDOW, "window"), (PALE_RED, "not every bin is reached"), (RED, "no throw arrives")):
         axes.scatter([], [], s=30, marker="s", color=colour, label=words)
     axes.plot([], [], linestyle="--", linewidth=0.7, color="#4c72b0", label="reach of the hand")
@@ -73,20 +73,20 @@ def _draw_bins(axes: Axes, config: LineConfig, index: int, arrives: dict[int, tu
     if arrives:
         places = next(iter(arrives.values()))[0]
         count = np.sum([feasible for _, feasible in arrives.values()], axis=0)
-        size = _spacing(config)
+        size = spacing(config)
         for (x, y), reached in zip(places[:, :2] - size / 2.0, count, strict=True):
             if reached < len(arrives):
                 colour = PALE_RED if reached else RED
                 axes.add_patch(Rectangle((robot.x + x, y), *size, color=colour, linewidth=0.0, zorder=2))
 
 
-def _spacing(config: LineConfig) -> Floats:
+def spacing(config: LineConfig) -> Floats:
     """Distances of the places from which throws are planned, along and across the belt (2,) [m]."""
     belt = config.cell.belt
     return np.array([np.ptp(belt.pick_x) / GRID[0], np.ptp(belt.lane_y) / GRID[1]])
 
 
-def _arriving(cell: LineCell, robot: int) -> dict[int, tuple[Floats, Bools]]:
+def arriving(cell: LineCell, robot: int) -> dict[int, tuple[Floats, Bools]]:
     """Places in a robot's window (G, 3), and from which of them a throw arrives (G,), by each bin that the robot uses.
 
     An object of the first accepted item that the robot takes stands for all; the fastest speed setting decides.
@@ -94,8 +94,8 @@ def _arriving(cell: LineCell, robot: int) -> dict[int, tuple[Floats, Bools]]:
     planner, config = cell.chooser.planner_of(robot), cell.config
     accepts, objects = planner.config.acceptance(), cell.stream.objects
     belt, percent = planner.config.belt, max(planner.config.limits.percent)
-    ends, spacing = (belt.pick_x[0], belt.lane_y[0]), _spacing(config)
-    grid = np.meshgrid(*(end + step * (np.arange(n) + 0.5) for end, step, n in zip(ends, spacing, GRID, strict=True)))
+    ends, steps = (belt.pick_x[0], belt.lane_y[0]), spacing(config)
+    grid = np.meshgrid(*(end + step * (np.arange(n) + 0.5) for end, step, n in zip(ends, steps, GRID, strict=True)))
     x, y = (values.ravel() for values in grid)
     arriving: dict[int, tuple[Floats, Bools]] = {}
     for number in range(accepts.shape[1]):
@@ -174,6 +174,13 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, goal: Goal) -> str:
     for axes in panels[items:]:
         axes.set_visible(False)
     landings.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
+    return svg(figure)
+
+
+def line_picture(config: LineConfig, title: str = "The line to scale") -> str:
+    """Picture of a line from above, to scale, as SVG."""
+    figure, (view,) = stacked_panels(WIDTH, (2.7,))
+    _draw(view, config, title)
     return svg(figure)
 
 

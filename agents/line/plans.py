@@ -219,7 +219,7 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
             f"no objects: none reached the end of level {line.name!r} in {conditions.shifts} shifts of "
             f"{line.duration:g} s; arrivals.rate is {line.arrivals.rate:g} objects a second"
         )
-    recovery, value = metrics.interval(shares[np.isfinite(shares)]), metrics.interval(shifts.value)
+    recovery = metrics.interval(shares[np.isfinite(shares)])
     fates = Fates.of(shifts, line, counted)
     # A shipped table is larger than the one whose throws say what became of them.
     spread = 0.0 if counted is None or line.chances is None else table_spread(shifts, fates, counted)
@@ -230,9 +230,8 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
         "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
         "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
         **_pace(shifts, spread),
-        "value_per_min": value.value,
-        "value_per_min_low": value.low,
-        "value_per_min_high": value.high,
+        **with_interval("value_per_min", shifts.value),
+        **with_interval("purity", shifts.figures["shift_purity"]),
         "utilisation": shifts.figures["shift_utilisation"].mean(axis=0).tolist(),
         "fates": fates.shares(),
         "fates_by_item": {item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item},
@@ -241,6 +240,15 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
         "money_per_hour": money_per_hour(shifts, line, counted),
     }
     return Planned(line, counted, {**numbers, **figures}, shares)
+
+
+def with_interval(name: str, values: Floats) -> dict[str, float | None]:
+    """A figure's mean over shifts and its interval, by names; shifts without the figure do not count."""
+    known = values[np.isfinite(values)]
+    if known.size == 0:  # nothing is sorted, and so there is no purity
+        return {name: None, f"{name}_low": None, f"{name}_high": None}
+    interval = metrics.interval(known)
+    return {name: interval.value, f"{name}_low": interval.low, f"{name}_high": interval.high}
 
 
 def _pace(shifts: Shifts, spread: float) -> dict[str, float]:

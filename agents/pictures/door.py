@@ -23,8 +23,13 @@ DROP: Final = "/drop"
 """Where MuJoCo's page sends models that were dropped on it."""
 
 
-def open_front(address: str) -> socket.socket:
+def open_front(address: str, ports: Sequence[int] = PORTS, option: str = "--address") -> socket.socket:
     """Listening socket at an address of this machine, at the first free port.
+
+    Args:
+        address: the address.
+        ports: ports in the order in which they are tried.
+        option: option that gives the address, for the error.
 
     Raises:
         UsageError: this machine has no such address, or no port of the address is free.
@@ -33,16 +38,18 @@ def open_front(address: str) -> socket.socket:
         family = {4: socket.AF_INET, 6: socket.AF_INET6}[ip_address(address).version]
     except ValueError:
         raise UsageError(
-            f"--address is {address!r}; it must be an IP address of this machine, such as {LOOPBACK}"
+            f"{option} is {address!r}; it must be an IP address of this machine, such as {LOOPBACK}"
         ) from None
-    for port in PORTS:
+    for port in ports:
         try:
             return socket.create_server((address, port), family=family, backlog=socket.SOMAXCONN)
         except OSError as error:
             if error.errno != errno.EADDRINUSE:
                 reason = os.strerror(error.errno or errno.EINVAL)
-                raise UsageError(f"--address is {address!r}, where no page can be served: {reason}") from None
-    raise UsageError(f"--address is {address!r}, whose ports {PORTS[0]} to {PORTS[-1]} are all in use")
+                raise UsageError(f"{option} is {address!r}, where no page can be served: {reason}") from None
+    if len(ports) == 1:
+        raise UsageError(f"port {ports[0]} of {address} is in use; give another one, or leave the port out")
+    raise UsageError(f"{option} is {address!r}, whose ports {ports[0]} to {ports[-1]} are all in use")
 
 
 def page_url(front: socket.socket) -> str:

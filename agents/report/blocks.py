@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -69,6 +69,11 @@ def fill(text: str, makers: Mapping[str, Maker], *, is_marked: bool = True) -> s
         return f"{old[0].partition(chr(10))[0]}\n{made}\n<!-- /{old[1]} -->" if is_marked else made
 
     return _BLOCK.sub(block, text)
+
+
+def unmark(text: str, kinds: Container[str]) -> str:
+    """A document whose blocks of some kinds stand without their marks, with the text that they hold."""
+    return _BLOCK.sub(lambda block: block[3].removesuffix("\n") if block[1] in kinds else block[0], text)
 
 
 def makers_from(results: Path) -> dict[str, Maker]:

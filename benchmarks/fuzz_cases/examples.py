@@ -12,6 +12,7 @@ import numpy as np
 from agents.controllers.state import save_state
 from agents.dataset import collection
 from agents.dataset.episodes import Episode
+from agents.design.level_files import text_of_line
 from agents.dispatchers.settings import MADE
 from agents.dispatchers.settings import settings as settings_of_rule
 from agents.ground.files import json_text
@@ -80,6 +81,11 @@ def make_levels(folder: Path) -> None:
     """A level of each family with all its values, and one that differs from another in few of them."""
     for name, config in CONFIGS.items():
         (folder / f"{name}.yaml").write_text(yaml_text(whole_level(config, name)))
+
+
+def make_design(folder: Path) -> None:
+    """A line as the design page saves it."""
+    (folder / "line.yaml").write_text(text_of_line(LineConfig.load("skills3_burst")))
 
 
 def make_plan(folder: Path) -> None:

@@ -15,6 +15,7 @@ from tempfile import mkdtemp
 from typing import Final, NamedTuple
 
 from agents.dataset import collection
+from agents.design.level_files import line_of_file
 from agents.dispatchers.settings import MADE
 from agents.learning import trained
 from agents.results import study
@@ -55,6 +56,10 @@ FORMATS: Final[dict[str, Format]] = {
     ),
     "level-file": Format(
         examples.make_levels, readers.read_level, tuple(f"{name}.yaml" for name in CONFIGS), "agents.levels --show FILE"
+    ),
+    "design-file": Format(
+        examples.make_design, lambda path: line_of_file(path.read_bytes(), path.name), ("line.yaml",),
+        "agents.line plan --level FILE --robots 3 --shifts 2 --check 0 --fidelity flight",
     ),
     "study-plan": Format(examples.make_study_plan, lambda path: study.read(path).cases(), ("plan.yaml",)),
     "plan-file": Format(examples.make_plan, lambda path: pieces(read_plan(path)), ("plan.yaml",)),

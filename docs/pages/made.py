@@ -5,7 +5,7 @@
     <!-- /made -->
 
 `make pages` writes the blocks, so that the pages can be read on a code host, and a test compares the written text with
-the text of the functions. The site fills each block again.
+the text of the functions. The site shows each block as it stands in its page.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from agents.ground.outputs import deliver_text
 from agents.ground.places import SHIPPED as ROOT
-from agents.report.blocks import fill, makers_from, rewrite
+from agents.report.blocks import fill, makers_from, rewrite, unmark
 
 from . import cite, commands, controllers, environments, examples, fit, items, levels, papers, results, throw
 
@@ -66,9 +66,9 @@ KINDS: Final = {**makers_from(RESULTS), "made": _made}
 """What makes the blocks of pages, by their kinds."""
 
 
-def fill_page(text: str) -> str:
-    """A page as Sphinx reads it: blocks without their marks, and files with their names."""
-    return FILE.sub(_caption_block, fill(text, KINDS, is_marked=False))
+def site_page(text: str) -> str:
+    """A page as Sphinx reads it: blocks as they stand, without their marks, and files with their names."""
+    return FILE.sub(_caption_block, unmark(text, KINDS))
 
 
 def _caption_block(block: re.Match[str]) -> str:
@@ -113,14 +113,14 @@ def _copy_results(_app: Any) -> None:
             deliver_text(DOCS / "results" / place, text)
 
 
-def _fill_source(_app: Any, page: str, source: list[str]) -> None:
-    """Fill a page that Sphinx reads; copied pages of results are full."""
+def _change_source(_app: Any, page: str, source: list[str]) -> None:
+    """Make a page of the site of a page that Sphinx reads; copied pages of results are such pages already."""
     if not page.startswith("results/"):
-        source[0] = RESULTS_PAGE.sub(r"](\1\2", fill_page(source[0]))
+        source[0] = RESULTS_PAGE.sub(r"](\1\2", site_page(source[0]))
 
 
 def setup(app: Any) -> dict[str, bool]:
     """Connect to Sphinx."""
     app.connect("builder-inited", _copy_results)
-    app.connect("source-read", _fill_source)
+    app.connect("source-read", _change_source)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

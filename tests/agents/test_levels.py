@@ -2,12 +2,15 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from agents.ground import levels
 from agents.ground.files import json_text
 from agents.ground.levels import FAMILIES, assumed_text, shipped_levels
+from agents.ground.places import SHIPPED
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.engine import mujoco
 from pnt_gym.reading import parsed_json, yaml_of
 from tests.tools.commands import output_of, refused
 from tests.tools.plant import plant_text
@@ -49,6 +52,7 @@ WRONG = {
     "--new mine.txt": "--new is 'mine.txt'; it must end in .yaml or .yml",
     "--new mine.yaml --like none.yaml": "cannot read level file 'none.yaml'",
     "--new mine.yaml --like old.yaml": "--like is 'old.yaml'; it must be a shipped level",
+    "--mjcf .": "--mjcf is '.', which exists and is not empty; give another folder",
     "--new old.yaml": "'old.yaml' exists already; give --new another name",
 }
 
@@ -58,3 +62,22 @@ def test_what_cannot_be_shown_or_written_is_one_sentence(desk: Path, options: st
     (desk / "old.yaml").write_text("base: waste\n")
     assert WRONG[options] in refused("agents.levels", *options.split())
     assert [path.name for path in desk.iterdir()] == ["old.yaml"]
+
+
+def test_the_robots_are_written_as_models_that_stand_at_home(tmp_path):
+    said = output_of("levels --mjcf models", tmp_path)
+    assert "models has the robots t3kr and gripper" in said
+    for name in ("t3kr", "gripper"):
+        folder = tmp_path / "models" / name
+        assert {path.name for path in folder.iterdir()} == {f"{name}.xml", "scene.xml", "LICENSE", "README.md"}
+        assert (folder / "LICENSE").read_text() == (SHIPPED / "LICENSE").read_text()
+        model = mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        home = data.qpos.copy()
+        for _ in range(1000):
+            mujoco.mj_step(model, data)
+        # The motors hold the robot where the key has it, and its loops stay closed.
+        assert np.abs(data.qpos - home).max() < 2e-3
+        assert np.abs(data.efc_pos[: data.ne]).max() < 1e-5
+        assert data.ne >= 12

@@ -165,15 +165,15 @@ def test_arrays_are_called_by_their_names():
 
 def test_marked_blocks_are_filled_and_unknown_ones_refused():
     stale = "a\n<!-- made: levels PnT -->\nold\n<!-- /made -->\nb"
-    assert made.fill_page(stale) == f"a\n{levels.level_table('PnT')}\nb"
+    assert made.site_page(stale) == "a\nold\nb"
     assert made.hand_text(stale) == "a\n\nb"
     assert fill(stale, made.KINDS) == f"a\n<!-- made: levels PnT -->\n{levels.level_table('PnT')}\n<!-- /made -->\nb"
     other = "<!-- other: PnT -->\nold\n<!-- /other -->"
-    assert fill(other, made.KINDS) == other
-    assert made.fill_page('```python title="x/y.py"\n1\n```') == "```{code-block} python\n:caption: x/y.py\n\n1\n```"
-    assert "| analytic |" in made.fill_page("<!-- table:benchmark -->\n<!-- /table -->")
+    assert fill(other, made.KINDS) == made.site_page(other) == other
+    assert made.site_page('```python title="x/y.py"\n1\n```') == "```{code-block} python\n:caption: x/y.py\n\n1\n```"
+    assert "| analytic |" in fill("<!-- table:benchmark -->\n<!-- /table -->", made.KINDS)
     with pytest.raises(KeyError):
-        made.fill_page("<!-- made: nothing -->\n<!-- /made -->")
+        fill("<!-- made: nothing -->\n<!-- /made -->", made.KINDS)
 
 
 @pytest.mark.parametrize("page", made.page_files(), ids=lambda page: page.relative_to(DOCS).as_posix())

@@ -298,8 +298,13 @@ class SortingLine(ItemsConfig):
             x, y = b.size[0] / 2 + wall, b.size[1] / 2 + wall
             yield from self._on_belt(f"bin {b.name!r}", (b.x - x, b.x + x), (b.y - y, b.y + y))
             for neighbour in self.bins.fixed[:i]:
-                if _overlap(b, neighbour, wall):
-                    yield f"bin {b.name!r} overlaps bin {neighbour.name!r}; move one of them"
+                along, across = _overlap(b, neighbour, wall)
+                if min(along, across) > 1e-9:
+                    x, y = (b.x + neighbour.x) / 2.0, (b.y + neighbour.y) / 2.0
+                    yield (
+                        f"bin {b.name!r} overlaps bin {neighbour.name!r} by {1000.0 * along:.0f} mm along the belt and "
+                        f"{1000.0 * across:.0f} mm across, around x {x:.2f} m, y {y:.2f} m; move one of them"
+                    )
 
     @property
     def has_clear_items(self) -> bool:
@@ -341,9 +346,9 @@ class SortingLine(ItemsConfig):
             )
 
 
-def _overlap(a: Bin, b: Bin, wall: float) -> bool:
-    """Whether two bins overlap; neighbours may share a wall."""
+def _overlap(a: Bin, b: Bin, wall: float) -> tuple[float, float]:
+    """Lengths along x and y by which two bins overlap, negative for a gap [m]; neighbours may share a wall."""
     return (
-        abs(a.x - b.x) < (a.size[0] + b.size[0]) / 2 + wall - 1e-9
-        and abs(a.y - b.y) < (a.size[1] + b.size[1]) / 2 + wall - 1e-9
+        (a.size[0] + b.size[0]) / 2 + wall - abs(a.x - b.x),
+        (a.size[1] + b.size[1]) / 2 + wall - abs(a.y - b.y),
     )

@@ -354,7 +354,7 @@ class LineConfig(LevelConfig):
         upstream, downstream = self.reach
         # A renewal stream of mean m and regularity k has a standard deviation of about sqrt(m / k).
         belt = (downstream - upstream) / self.cell.belt.speed + self.duration + self.horizon
-        mean = self.arrivals.rate * belt
+        mean = max(self.arrivals.rate * belt, 0.0)  # of robots in a wrong order, `problems` tells
         return float(np.ceil(mean + SPARE * np.sqrt(mean / self.arrivals.regularity)) + 1)
 
     def standstills(self) -> tuple[Ints, Floats, Floats]:

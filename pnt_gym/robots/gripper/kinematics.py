@@ -126,9 +126,11 @@ def _newton(q: Floats, start: Floats, dims: Dimensions) -> Floats:
     result = np.full(q.shape, np.nan)
     rows = np.flatnonzero(~np.isnan(q.sum(axis=0)))
     cos, sin = np.cos(q[:, rows]), np.sin(q[:, rows])
-    base = start[:, rows]
-    step, share = np.zeros_like(base), np.ones(rows.size)
-    merit, best_det = np.full(rows.size, np.inf), np.full(rows.size, -np.inf)
+    base: Floats = start[:, rows]
+    step: Floats = np.zeros_like(base)
+    share: Floats = np.ones(rows.size)
+    merit: Floats = np.full(rows.size, np.inf)
+    best_det: Floats = np.full(rows.size, -np.inf)
     for _ in range(ITERATIONS):
         if not rows.size:
             break

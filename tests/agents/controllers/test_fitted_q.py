@@ -27,7 +27,7 @@ def env() -> Iterator[Any]:
 
 
 def rate(controller: Any, env: Any) -> float:
-    throws = throw_held_out(controller, env, 160, 3)
+    throws = throw_held_out(controller, env, 96, 3)
     return float(throws.sorted.sum() / throws.cycle_time.sum())
 
 

@@ -22,8 +22,8 @@ from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 ROWS = 16
 
 
-def _cells(**changes: Any) -> Env:
-    return make_vector("PnTAdapt-v0", {"base": "cells", "fidelity": "flight", **changes}, ROWS, 1)
+def _cells(rows: int = ROWS, **changes: Any) -> Env:
+    return make_vector("PnTAdapt-v0", {"base": "cells", "fidelity": "flight", **changes}, rows, 1)
 
 
 def _estimates(controller: Posterior) -> Floats:
@@ -90,10 +90,11 @@ def test_landings_tell_the_numbers_of_a_cell() -> None:
 
 
 def test_the_error_falls_over_a_shift_and_below_that_of_a_filter_of_delays() -> None:
-    with closing(_cells()) as env:
-        picks = ROWS * core_of(env).cell.episode
+    rows = 8
+    with closing(_cells(rows)) as env:
+        picks = rows * core_of(env).cell.episode
         errors = {
-            name: throw_held_out(make_controller(name, env), env, picks, 4).landing_error.reshape(-1, ROWS)
+            name: throw_held_out(make_controller(name, env), env, picks, 4).landing_error.reshape(-1, rows)
             for name in ("posterior", "kalman")
         }
     assert np.nanmean(errors["posterior"][10:]) < 0.8 * np.nanmean(errors["kalman"][10:])

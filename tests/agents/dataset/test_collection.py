@@ -16,14 +16,18 @@ from agents.ground.environments import make_vector
 from agents.judging.loop import observed, practise
 from tests.tools.commands import answered
 from tests.tools.datasets import SMALL, collected, known, replayed
+from tests.tools.nightly import with_nightly
 
 pytestmark = pytest.mark.usefixtures("worker_here")
 
 
-def test_neither_processes_nor_cells_change_what_is_thrown(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("jobs", with_nightly(["1", "2"], ["1"]))
+def test_neither_processes_nor_cells_change_what_is_thrown(
+    here: Path, monkeypatch: pytest.MonkeyPatch, jobs: str
+) -> None:
     monkeypatch.setattr("agents.dataset.collection.CHUNK", 4)
     one = collected("--controller", "analytic", "--throws", "10")
-    other = collected("--controller", "analytic", "--throws", "10", "--num-envs", "3", "--jobs", "2", name="other-v0")
+    other = collected("--controller", "analytic", "--throws", "10", "--num-envs", "3", "--jobs", jobs, name="other-v0")
     assert [told["seed"] for told in known(one)] == [told["seed"] for told in known(other)]
     for mine, theirs in zip(one.iterate_episodes(), other.iterate_episodes(), strict=True):
         assert np.array_equal(mine.observations, theirs.observations)

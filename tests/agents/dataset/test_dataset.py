@@ -22,6 +22,7 @@ from agents.ground.versions import versions
 from pnt_gym.cells.conveyor.observation import HIDDEN
 from tests.tools.commands import answered, refused
 from tests.tools.datasets import NAME, SMALL, WORK, collected, known, replayed
+from tests.tools.nightly import with_nightly
 
 pytestmark = pytest.mark.usefixtures("worker_here")
 BLOCKS = re.findall(r"```python\n(.*?)```", (SHIPPED / "docs" / "datasets.md").read_text(), flags=re.DOTALL)
@@ -164,7 +165,7 @@ def alone(here: Path) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("alone")
-@pytest.mark.parametrize("which", CELLS)
+@pytest.mark.parametrize("which", with_nightly(CELLS, ["shifts", "drift", "assembly", "silent"]))
 def test_any_task_and_controller(here: Path, which: str) -> None:
     (here / "short.yaml").write_text(yaml.safe_dump({"base": "waste", "picks_per_shift": 3}))
     (here / "mild.yaml").write_text(yaml.safe_dump({"mismatch": 0.1}))

@@ -17,6 +17,7 @@ from agents.fit.parameters import priors
 from agents.fit.words import sentences
 from pnt_gym.arrays import Floats
 from tests.tools.fitting import QUIET, WASTE, level, throw, usual_log
+from tests.tools.nightly import with_nightly
 
 SOME = ("valve", "tau", "drag", "camera_x", "camera_y", "encoder")
 """Parameters of quick fits, without blow-off and without the profile over the stiffness."""
@@ -83,7 +84,7 @@ def test_no_sample_of_a_blow_off_lies_below_zero() -> None:
     assert low.z[names.index("valve")] != z[names.index("valve")]  # it goes with the blow-off
 
 
-@pytest.mark.parametrize(("scale", "degrees"), [(1.05, 0.0), (1.0, 3.0)])
+@pytest.mark.parametrize(("scale", "degrees"), with_nightly([(1.05, 0.0), (1.0, 3.0)], [(1.05, 0.0)]))
 def test_a_camera_over_the_bins_that_is_scaled_or_turned_is_named(scale: float, degrees: float) -> None:
     log = usual_log()
     middle, angle = np.nanmean(log.landing, axis=0), np.deg2rad(degrees)

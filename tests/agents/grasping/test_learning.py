@@ -111,10 +111,10 @@ def few_steps(monkeypatch):
 @pytest.mark.usefixtures("few_steps")
 def test_practice_finds_better_places_than_chance(scenes, features):
     pytest.importorskip("torch")
-    practice = practise("grasp", 2000, seed=0)
-    assert len(practice.held) == len(practice.values) == 2000
-    first = 600
-    assert practice.held[-500:].mean() > practice.held[:first].mean() + 0.15
+    practice = practise("grasp", 1200, seed=0)
+    assert len(practice.held) == len(practice.values) == 1200
+    first = 400
+    assert practice.held[-300:].mean() > practice.held[:first].mean() + 0.15
     worth = scenes.try_places(network_places(features, practice.network)).worth.mean()
     assert worth > scenes.try_places(rules.flattest(features)).worth.mean() + 0.1
     maps = worth_maps(features, practice.network)

@@ -25,7 +25,10 @@ CONTRACT = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("env", "start"), [("PnTConveyor-v0", call), ("PnTRelease-v0", call_here)])
+STARTS = [("PnTConveyor-v0", call_here), ("PnTConveyor-v0", call), ("PnTRelease-v0", call_here)]
+
+
+@pytest.mark.parametrize(("env", "start"), with_nightly(STARTS, STARTS[:1]))
 def test_evaluate_writes_the_contract(tmp_path: Path, env: str, start: Start) -> None:
     line = f"agents.evaluate --env {env} --controller analytic --picks 20 --num-envs 8 --json out.json"
     done = start(line, folder=tmp_path)
@@ -40,8 +43,9 @@ def test_evaluate_writes_the_contract(tmp_path: Path, env: str, start: Start) ->
     assert {t["item"] for t in data["throws"]} <= {"paper", "metal_can", "plastic_package"}
 
 
-def test_a_mistake_ends_the_process_in_one_sentence(tmp_path: Path) -> None:
-    done = call("agents.evaluate", "--controller", "nobody", folder=tmp_path)
+@pytest.mark.parametrize("start", with_nightly([call_here, call], [call_here]))
+def test_a_mistake_ends_the_process_in_one_sentence(tmp_path: Path, start: Start) -> None:
+    done = start("agents.evaluate", "--controller", "nobody", folder=tmp_path)
     assert done.returncode == 2, done.stderr
     assert done.stderr.startswith("error: unknown controller 'nobody'; known are")
     assert done.stderr.count("\n") == 1

@@ -72,7 +72,7 @@ class _WithoutTorch:
 def test_what_adapts_is_judged_in_cells_that_nobody_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "torch", raising=False)
     monkeypatch.setattr(sys, "meta_path", [_WithoutTorch(), *sys.meta_path])
-    options = "--num-envs 4 --picks 200"
+    options = "--num-envs 2 --picks 80"
     figures = figures_of(f"evaluate --controller shipped:cells {options}", tmp_path)
     assert (figures["env"], figures["level"]) == ("PnTAdapt-v0", "cells")
     assert figures["landing_error_second_half_m"] < 0.025

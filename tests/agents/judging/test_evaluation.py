@@ -243,7 +243,8 @@ def test_bias_and_spread_are_kept_apart_for_each_error() -> None:
         "unjudged": random.standard_normal(count),
     }
     told["error_phi"][7] = np.nan
-    throws = throw_held_out(make_controller("random", ToyVectorEnv(4)), ToyVectorEnv(4), count, 0)
+    cells = ToyVectorEnv(500)
+    throws = throw_held_out(make_controller("random", cells), cells, count, 0)
     figures = summary(replace(throws, info=told, errors=("error_phi",)))
     found = {name: value for name, value in figures.items() if name.startswith(("bias_", "spread_"))}
     assert set(found) == {"bias_along_m", "spread_along_m", "bias_error_phi", "spread_error_phi"}

@@ -8,10 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from agents.ground.cli import UsageError
 from agents.ground.metrics import Interval
 from agents.line import placing
 from agents.line.layouts import Grounds
 from agents.line.places import Improvement, Search, improve
+from agents.line.plan import Arguments
 from agents.line.plans import Conditions
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
@@ -163,3 +165,20 @@ def test_the_first_interrupt_ends_the_search_and_the_second_the_command():
     for number in (signal.SIGINT, signal.SIGTERM):
         with pytest.raises(KeyboardInterrupt):
             stop(number, None)
+
+
+def test_with_a_goal_robots_are_added_until_the_best_places_reach_it(monkeypatch, tmp_path):
+    lines, interval = [], Interval(0.02, 0.01, 0.03)
+
+    def found_places(line, *_, **__):
+        lines.append(line)
+        return Improvement(line, {}, 0.5, 0.52, interval, 4, 1)
+
+    monkeypatch.setattr(placing, "improve", found_places)
+    file = tmp_path / "more.yaml"
+    options = vars(Arguments(place="bins", want="55%", shifts=2, minutes=0.5, throws=100, write=file, mend=False))
+    placing.place("bins", options)
+    assert [len(line.robots) for line in lines] == [1, 2, 3]
+    assert len(LineConfig.load(file).robots) == 3
+    with pytest.raises(UsageError, match="keeps robots, speeds, limits, skills and throws: leave --robots out"):
+        placing.place("bins", vars(Arguments(place="bins", robots=(2,))))

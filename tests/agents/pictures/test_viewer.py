@@ -28,7 +28,7 @@ from agents.judging.loop import throw_batches
 from agents.pictures.stage import Stage
 from agents.pictures.viewer import Choice, Film, Shown, ViewerRequests, watch
 from agents.play import Arguments, open_stage
-from tests.tools.commands import INTERRUPTIBLE, call, environment
+from tests.tools.commands import INTERRUPTIBLE, call_here, environment
 from tests.tools.nightly import with_nightly
 from tests.tools.page import GREETING, STILL, listening, random_message, request, status
 
@@ -229,7 +229,7 @@ def test_a_model_dropped_on_the_viewer_is_refused_and_the_throws_stay(tmp_path: 
 def test_a_window_needs_a_display(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    done = call("agents.play", "--viewer", "native", folder=tmp_path)
+    done = call_here("agents.play", "--viewer", "native", folder=tmp_path)
     assert done.returncode == 2
     assert "--viewer web" in done.stderr
     assert "Traceback" not in done.stderr
