@@ -32,7 +32,15 @@ def first():
 
 def test_an_estimate_is_the_plan_judged_by_flights_and_writes_no_file(first, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    options = {"robots": (3,), "minutes": 0.25, "shifts": 2, "throws": FLIGHTS + 36, "check": 0, "mend": False, "threads": 1}
+    options = {
+        "robots": (3,),
+        "minutes": 0.25,
+        "shifts": 2,
+        "throws": FLIGHTS + 36,
+        "check": 0,
+        "mend": False,
+        "threads": 1,
+    }
     with pytest.raises(UsageError, match="fidelity"):
         pnt_gym.plan_line("skills3", fidelity="plan", **options)
     monkeypatch.setattr("agents.line.verdict.LEARNED", "random")  # a release that costs no network
