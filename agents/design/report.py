@@ -18,6 +18,7 @@ from ..line.plan_picture import line_picture
 from . import answers, figures
 from .answers import LAST, Answer
 from .assumptions import assumptions
+from .changes import bin_owners
 from .session import State
 
 BROWSERS: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -75,10 +76,13 @@ def _settings(answer: Answer) -> str:
     percents = ", ".join(f"{percent:g}" for percent in line.cell.limits.percent)
     rows.append(("speed limits", f"{percents} % of the robots' own"))
     rows.append(("belt", f"{line.cell.belt.speed:g} m/s; {60.0 * line.arrivals.rate:.0f} objects a minute"))
-    for bin_ in line.cell.bins.fixed:
-        size = " x ".join(f"{1000.0 * side:.0f}" for side in bin_.size)
-        takes = ", ".join(bin_.accepts) or "every item"
-        rows.append((f"bin {bin_.name}", f"x {bin_.x:g} m, y {bin_.y:g} m from each robot; {size} mm; for {takes}"))
+    for owner in bin_owners(line):
+        robot = line.robots[owner]
+        whose = robot.name if robot.bins else "each robot without bins of its own"
+        for bin_ in robot.bins or line.cell.bins.fixed:
+            size = " x ".join(f"{1000.0 * side:.0f}" for side in bin_.size)
+            takes = ", ".join(bin_.accepts) or "every item"
+            rows.append((f"bin {bin_.name}", f"x {bin_.x:g} m, y {bin_.y:g} m from {whose}; {size} mm; for {takes}"))
     for down in line.down:
         rows.append(("standstill", f"robot {down.robot} from {down.start:g} s to {down.end:g} s"))
     cells = "".join(f"<tr><td>{escape(name)}</td><td>{escape(text)}</td></tr>" for name, text in rows)

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from agents import play
-from agents.design import changes, films, report, shapes, share
+from agents.design import changes, films, report, shapes, share, watch
 from agents.design.answers import Judge
 from agents.design.assumptions import assumptions
 from agents.design.level_files import line_of_text
 from agents.design.session import State, opened
 from agents.ground.cli import UsageError
+from agents.pictures.stage import Stage
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.scene import build_scene
 
@@ -58,7 +59,7 @@ def test_assumptions_follow_from_the_line():
 
 def test_a_shared_file_holds_scene_figures_and_the_level(state):
     text = share.html("<html><body><p>scene</p></body></html>", state)
-    assert text.startswith("<html><body><p>scene</p>") and text.endswith("</aside></body></html>")
+    assert '<iframe srcdoc="&lt;html&gt;&lt;body&gt;&lt;p&gt;scene' in text
     assert f"{100.0 * state.answer.row['recovery']:.1f} %" in text
     (level,) = re.findall("<pre>(.*?)</pre>", text, re.DOTALL)
     unescaped = level.replace("&lt;", "<").replace("&gt;", ">").replace("&#x27;", "'").replace("&amp;", "&")
@@ -99,3 +100,14 @@ def test_meshes_are_closed_and_look_outwards(shape):
 def test_a_window_shows_no_line():
     with pytest.raises(UsageError, match="--viewer web shows a line"):
         play.main(play.Arguments(env="PnTLine-v0", controller="price", viewer="native"))
+
+
+def test_a_line_at_work_is_served_behind_a_token(monkeypatch, capsys):
+    shown = []
+    monkeypatch.setattr(films, "RATE", 1000)  # nobody waits for true time
+    monkeypatch.setattr(watch.BeltScene, "show", lambda self, moment: shown.append(moment))
+    frames = films.frames
+    monkeypatch.setattr(films, "frames", lambda stage: islice(frames(stage), 5))
+    watch.show("127.0.0.1", "fifo", lambda: Stage("fifo", "PnTLine-v0", LINE, 0, throws="flight"))
+    assert len(shown) == 6  # the line at rest first
+    assert re.search(r"line at http://127\.0\.0\.1:\d+/\?token=[\w-]{32}", capsys.readouterr().out)
