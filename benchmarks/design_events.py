@@ -57,9 +57,7 @@ def random_change(line: LineConfig, rng: np.random.Generator) -> Change:
         partial(changes.set_share, item=item, percent=float(rng.uniform(0.0, 101.0))),
         partial(changes.set_value, item=item, value=float(rng.uniform(-0.1, 5.0))),
         partial(changes.set_standstill, robot=line.robots[robot].name, seconds=float(rng.uniform(-5.0, 70.0))),
-        partial(changes.swap_bins, robot=owner, first=number, second=0),
-        partial(changes.shift_bins, y=float(rng.normal(0.0, 0.1))),
-    ][int(rng.integers(12))]
+    ][int(rng.integers(10))]
 
 
 def act(session: Session, rng: np.random.Generator) -> bool:

@@ -12,6 +12,7 @@ from typing import Annotated
 import tyro
 
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.engine import mute_warnings
 
 from ..ground.cli import UsageError, check_libraries, option, run
 from ..pictures.door import LOOPBACK, PORTS, open_front
@@ -52,6 +53,7 @@ def main(arguments: Arguments) -> None:
         from .page import Page  # noqa: PLC0415 - takes a second
 
         warnings.simplefilter("ignore", UserWarning)  # what is out of reach, the page itself shows
+        ends.enter_context(mute_warnings())  # the page refuses an unstable design in a sentence
         token = new_token()
         ends.enter_context(closing(Page(line, front, token)))
         announce(front, token, "design", arguments.browser)

@@ -79,23 +79,6 @@ def move_bin(line: LineConfig, robot: int, number: int, x: float, y: float) -> L
     return with_bins(line, robot, bins)
 
 
-def swap_bins(line: LineConfig, robot: int, first: int, second: int) -> LineConfig:
-    """The line in which two bins of a robot have changed places."""
-    bins = fixed_bins(line, robot)
-    places = [{"x": bins[number]["x"], "y": bins[number]["y"]} for number in (first, second)]
-    bins[first] |= places[1]
-    bins[second] |= places[0]
-    return with_bins(line, robot, bins)
-
-
-def shift_bins(line: LineConfig, y: float) -> LineConfig:
-    """The line with all bins moved across the belt [m]."""
-    for robot in bin_owners(line):
-        bins = [{**bin_, "y": round(bin_["y"] + y, DIGITS)} for bin_ in fixed_bins(line, robot)]
-        line = with_bins(line, robot, bins)
-    return line
-
-
 def bin_owners(line: LineConfig) -> list[int]:
     """Robots whose bins differ: each robot with bins of its own, and the first of those that share the cell's."""
     sharing = [index for index, robot in enumerate(line.robots) if not robot.bins]
@@ -144,8 +127,3 @@ def set_standstill(line: LineConfig, robot: str | None, seconds: float) -> LineC
         return LineConfig.load(line, down=[])
     start = line.duration / 2.0
     return LineConfig.load(line, down=[{"robot": robot, "start": start, "end": start + seconds}])
-
-
-def share_skills(line: LineConfig) -> LineConfig:
-    """The line in which every robot takes all items that its bins accept."""
-    return LineConfig.load(line, robots=[{**robot, "skills": []} for robot in _robots(line)])

@@ -13,6 +13,7 @@ import numpy as np
 from pnt_gym.cells.base.sorting import Bin
 from pnt_gym.cells.conveyor.robot import RobotSheet, sheet_names
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
+from pnt_gym.engine import mute_warnings
 from pnt_gym.errors import ConfigError, PntGymError
 
 from ..ground import metrics
@@ -90,7 +91,7 @@ def try_changes(
     A changed line that cannot be judged is left out: no robot reaches a bin, or the engine gives up.
     """
     gains = list[Gain]()
-    with warnings.catch_warnings(), throws_bar(quiet=conditions.quiet) as bar:
+    with warnings.catch_warnings(), mute_warnings(), throws_bar(quiet=conditions.quiet) as bar:
         warnings.simplefilter("ignore", UserWarning)  # what is out of reach after a change, its gain says
         before = estimate(line, conditions, conditions.throws, release=release)
         for change in bar.track(changes, description="changes"):

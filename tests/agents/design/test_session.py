@@ -66,10 +66,7 @@ def test_each_change_changes_what_it_names():
     assert changes.move_robot(LINE, 1, 1.51).robots[1].x == 1.51
     moved = changes.move_bin(LINE, 0, 1, -0.13, 0.5)
     assert (moved.cell.bins.fixed[1].x, moved.cell.bins.fixed[1].y) == (-0.13, 0.5)
-    swapped = changes.swap_bins(LINE, 0, 0, 3).cell.bins.fixed
-    assert (swapped[0].x, swapped[3].x, swapped[0].name) == (0.39, -0.39, "paper")
     assert changes.choose_sheet(LINE, 2, "scara_700").sheets()[2].name == "scara_700"
-    assert changes.share_skills(LINE).can_take().all()
 
 
 def test_the_other_items_keep_their_proportions():
