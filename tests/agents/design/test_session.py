@@ -128,8 +128,8 @@ def test_the_newest_design_is_answered_and_those_before_it_are_left_out(quick, j
     assert quick.worker.wait()
     assert quick.state.is_current and quick.state.answer.is_settled
     assert quick.state.answer.line.arrivals.rate == 8.0
-    # The first of them may have been begun; the six between were never judged.
-    assert {rate for rate, _ in judge.asked} <= {4.0, 1.0, 8.0}
+    # One of them may have been begun before the next ones came; the others were never judged.
+    assert len({rate for rate, _ in judge.asked} - {4.0, 8.0}) <= 1
 
 
 def test_a_design_is_compared_with_the_kept_one(quick):
