@@ -70,7 +70,7 @@ def act(session: Session, rng: np.random.Generator) -> bool:
     elif kind < 0.10:
         session.keep()
     elif kind < 0.11:
-        return session.open(lambda: LineConfig.load("skills3"))
+        return session.begin(lambda: LineConfig.load("skills3"))
     else:
         return session.change(random_change(session.state.line, rng))
     return True

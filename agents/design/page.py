@@ -124,7 +124,7 @@ class Page:
         return f"{state.line.name}.yaml", level_files.text_of_line(state.line).encode()
 
     def _open(self, file: Any) -> None:
-        self.session.open(partial(level_files.line_of_file, file.content, file.name))
+        self.session.begin(partial(level_files.line_of_file, file.content, file.name))
 
     def _share(self, state: State) -> tuple[str, bytes]:
         self._scene.show_handles(False)

@@ -158,7 +158,7 @@ class Session:
             self._go(line, done=(*self._state.done, before)[-LONGEST:], undone=())
         return True
 
-    def open(self, read: Callable[[], LineConfig]) -> bool:
+    def begin(self, read: Callable[[], LineConfig]) -> bool:
         """Begin with another line, which is also the one to compare with; whether it could be read."""
         with self._lock:
             before = self._state.line

@@ -9,7 +9,19 @@ import yaml
 from tests.tools.commands import answered, refused
 from tests.tools.wrong import NEEDED, Option, module_of, options
 
-TEXTS: Final = {"by", "about", "name", "author", "author_email", "code_permalink", "cluster", "address", "trial"}
+TEXTS: Final = {
+    "by",
+    "about",
+    "name",
+    "author",
+    "author_email",
+    "code_permalink",
+    "cluster",
+    "address",
+    "trial",
+    "host",
+    "want",
+}
 """Options whose text names nothing that exists."""
 VALUES: Final = {"down": "{}:1", "settings": "{}=1", "prior": "{}=1"}
 """Form of the values of options that hold more than a name."""

@@ -32,12 +32,27 @@ def list_problems(subject: str, error: ValidationError, kind: type[BaseModel]) -
         error: the complaints.
         kind: class of the config, for the keys that were perhaps meant.
     """
-    problems = [*dict.fromkeys(_problems(error.errors(), kind))]
+    found = [
+        cast("ErrorDetails", {**problem, "loc": _without_form(problem["loc"], kind)}) for problem in error.errors()
+    ]
+    problems = [*dict.fromkeys(_problems(found, kind))]
     if len(problems) == 1:
         return (f"{subject}: {problems[0]}",)
     rest = len(problems) - MOST_LINES
     shown = problems if rest <= 0 else [*problems[:MOST_LINES], f"and {rest} more"]
     return (f"{subject} has {len(problems)} problems:", *shown)
+
+
+def _without_form(place: Place, kind: type[BaseModel]) -> Place:
+    """The place of a value without the section's class, which pydantic adds where text may stand for the section."""
+    if len(place) < 2:
+        return place
+    field = kind.model_fields.get(str(place[0]))
+    forms = () if field is None else get_args(field.annotation)
+    is_form = any(
+        isinstance(form, type) and issubclass(form, BaseModel) and form.__name__ == place[1] for form in forms
+    )
+    return (place[0], *place[2:]) if is_form else place
 
 
 def _problems(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> Iterator[str]:

@@ -229,7 +229,7 @@ def test_a_line_is_the_same_after_saving_and_opening(name):
 )
 def test_a_file_that_is_no_line_is_refused_and_the_design_stays(quick, text, words):
     before = quick.state.line
-    assert not quick.open(partial(level_files.line_of_file, text.encode(), "file.yaml"))
+    assert not quick.begin(partial(level_files.line_of_file, text.encode(), "file.yaml"))
     assert words in quick.state.refusal
     assert quick.state.line == before
 
@@ -266,7 +266,7 @@ def test_random_events_leave_a_valid_design_and_no_fault(quick):
 
 def test_names_of_a_level_are_no_html(quick, judge):
     robots = [{"name": "<img src=x onerror=alert(1)>", "x": 0.0}]
-    assert quick.open(lambda: LineConfig.load(LINE, name="<b>", robots=robots))
+    assert quick.begin(lambda: LineConfig.load(LINE, name="<b>", robots=robots))
     assert quick.worker.wait()
     assert "<img" not in figures.panel(quick.state)
 
