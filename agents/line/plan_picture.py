@@ -140,7 +140,7 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, goal: Goal) -> str:
         WIDTH, [*heights, *([1.0 + ROW * len(numbers)] if numbers else [])]
     )
     for part in rest:
-        sensitivity.draw(part.subplots(), verdict.swings)
+        sensitivity.draw(part, verdict.swings, plan.row["money_per_hour"])
     _draw(view, plan.config, f"The line to scale: {_text(plan.row, plans)}")
     fates, energy = bars.subplots(1, 2, sharey=True, width_ratios=(3, 1))
     # Recovery by number of robots and belt speed, with the causes of losses stacked behind it.

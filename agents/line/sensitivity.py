@@ -27,6 +27,8 @@ HOLD: Final = (0.7, 1.3)
 
 GREY: Final = "#b0b0b0"
 """Colour of what makes no difference."""
+BAR: Final = 0.38
+"""Height of a bar over the distance of two numbers."""
 
 
 def assumptions(line: LineConfig) -> list[Change]:
@@ -107,22 +109,39 @@ def _points(points: Interval) -> tuple[str, str]:
     return f"{value:+.1f} ({low:+.1f}..{high:+.1f})", "yes" if points.excludes_zero else "no difference"
 
 
-def draw(axes: Axes, gains: Sequence[Gain]) -> None:
-    """Draw a tornado chart: how far each assumed number moves the recovery, the widest at the top."""
+def draw(part: Any, gains: Sequence[Gain], money: float | None) -> None:
+    """Draw tornado charts into a part of a figure: how far each number moves the recovery, and the money an hour.
+
+    Args:
+        part: part of a figure.
+        gains: what both ends of the numbers bring, the widest first.
+        money: money an hour of the line as the level says; None for a line without costs.
+    """
+    panels = np.ravel(part.subplots(1, 1 if money is None else 2, sharey=True))
+    points = [100.0 * gain.points.value for gain in gains]
+    _draw_bars(panels[0], gains, points, "recovery [points]; grey: no difference")
+    if money is not None:
+        _draw_bars(panels[1], gains, [(gain.money_per_hour or money) - money for gain in gains], "money an hour")
+    panels[0].set_title("Which assumed number decides: differences", fontsize=10)
+
+
+def _draw_bars(axes: Axes, gains: Sequence[Gain], values: Sequence[float], label: str) -> None:
+    """Draw a bar for each end of each number, the two ends of a number below each other."""
     names = list(dict.fromkeys(gain.what for gain in gains))
-    for gain in gains:
-        place, points = names.index(gain.what), 100.0 * gain.points.value
-        colour = COLOURS[0 if points >= 0.0 else 3] if gain.points.excludes_zero else GREY
-        axes.barh(place, points, color=colour, height=0.7)
-        side, offset = ("left", 4) if points >= 0.0 else ("right", -4)
-        axes.annotate(
-            gain.to, (points, place), (offset, 0), textcoords="offset points", ha=side, va="center", fontsize=7
-        )
+    ends = dict.fromkeys(names, 0)
+    for gain, value in zip(gains, values, strict=True):
+        place = names.index(gain.what) + BAR * (ends[gain.what] - 0.5)
+        ends[gain.what] += 1
+        colour = COLOURS[0 if value >= 0.0 else 3] if gain.points.excludes_zero else GREY
+        axes.barh(place, value, color=colour, height=BAR)
+        side, offset = ("left", 4) if value >= 0.0 else ("right", -4)
+        options = {"textcoords": "offset points", "ha": side, "va": "center", "fontsize": 7}
+        axes.annotate(gain.to, (value, place), (offset, 0), **options)
     axes.axvline(0.0, color="black", linewidth=0.8)
     axes.set_yticks(np.arange(len(names)), labels=names, fontsize=8)
-    axes.invert_yaxis()
+    axes.set_ylim(len(names) - 0.5, -0.5)
     axes.margins(x=0.2)
-    dress(axes, "difference in recovery [points]; grey: no difference", "", "Which assumed number decides")
+    dress(axes, label, "")
 
 
 def entries(gains: Sequence[Gain]) -> list[dict[str, Any]]:
