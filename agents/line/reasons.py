@@ -42,8 +42,10 @@ def table(title: str, plans: Sequence[Planned], goal: Goal) -> Grid:
     header = ["robots", "skills", "belt", "limits", "recovery", "sorted/min", "value/min", "at work"]
     header += ["missed", "unsealed", "not tried", "out of reach", "worst item", "J each", "money/h", "enough"]
     rows = [_row(plan, goal) for plan in plans]
-    # Money that no level names would only take room.
+    # What no level names, no goal asks for, or no object meets would only take room.
     idle = {"money/h"} if all(plan.row["money_per_hour"] is None for plan in plans) else set[str]()
+    idle |= {"sorted/min"} if goal.figure == "recovery" else {"value/min"}
+    idle |= {"out of reach"} if all(plan.row["fates"]["out_of_reach"] == 0.0 for plan in plans) else set[str]()
     alike = [name for name in ("skills", "belt", "limits") if len({row[header.index(name)] for row in rows}) == 1]
     parts = [title, *(f"{name} {rows[0][header.index(name)]}" for name in alike if name != "skills")]
     kept = [index for index, name in enumerate(header) if name not in idle | {*alike}]
