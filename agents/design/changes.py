@@ -9,6 +9,7 @@ from pnt_gym.cells.conveyor.robot import RobotSheet, read_sheet
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.errors import ConfigError
 
+from ..line.changes import cell_differences, section_differences
 from ..line.plans import line_up
 
 Change = Callable[[LineConfig], LineConfig]
@@ -19,8 +20,7 @@ DIGITS: Final = 3
 
 def _cell(line: LineConfig, section: str, **values: Any) -> LineConfig:
     """The line with other values in a section of its cell."""
-    cell = line.cell.model_dump(mode="json", exclude_unset=True)
-    return LineConfig.load(line, cell={**cell, section: {**cell.get(section, {}), **values}})
+    return LineConfig.load(line, **section_differences(line, section, **values))
 
 
 def _robots(line: LineConfig) -> list[dict[str, Any]]:
@@ -105,8 +105,8 @@ def set_share(line: LineConfig, item: str, percent: float) -> LineConfig:
         )
     now[item] = rest * percent / (100.0 - percent)
     mix = {name: round(share, 9) for name, share in now.items()}
-    cell = line.cell.model_dump(mode="json", exclude_unset=True)
-    return LineConfig.load(line, cell={**cell, "mix": {name: share for name, share in mix.items() if share > 0.0}})
+    came = {name: share for name, share in mix.items() if share > 0.0}
+    return LineConfig.load(line, **cell_differences(line, mix=came))
 
 
 def set_rate(line: LineConfig, per_minute: float) -> LineConfig:

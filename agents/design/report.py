@@ -15,6 +15,7 @@ from typing import Final
 from ..ground.cli import UsageError
 from ..ground.versions import versions
 from ..line.plan_picture import line_picture
+from ..line.reasons import ENDED, THROWN
 from . import answers, figures
 from .answers import LAST, Answer
 from .assumptions import assumptions
@@ -95,8 +96,8 @@ def _items(answer: Answer) -> str:
     body = list[str]()
     for item, share in zip(line.cell.items, 100.0 * line.cell.shares(), strict=True):
         fates = row["fates_by_item"][item]
-        thrown = sum(fates[name] for name in ("misplaced", "missed", "lost"))
-        passed = sum(fates[name] for name in ("unsealed", "passed", "out_of_reach"))
+        thrown = sum(fates[name] for name in THROWN)
+        passed = sum(fates[name] for name in ENDED)
         numbers = (share, 100.0 * fates["sorted"], 100.0 * thrown, 100.0 * passed)
         columns = "".join(f'<td class="n">{number:.1f} %</td>' for number in numbers)
         body.append(f"<tr><td>{escape(item)}</td>{columns}</tr>")

@@ -20,7 +20,7 @@ from ..ground import metrics
 from ..ground.metrics import Interval
 from ..ground.tables import throws_bar
 from .estimate import estimate
-from .plans import Conditions, Planned, line_up
+from .plans import Conditions, Planned, line_up, widen
 
 EVEN: Final = 20.0
 """Regularity of an even stream."""
@@ -109,9 +109,9 @@ def gain(change: Change, changed: Planned, line: Planned) -> Gain:
     spread = 0.0
     if changed.config.digest() != line.config.digest():
         spread = float(np.hypot(changed.row["recovery_counts"], line.row["recovery_counts"]))
-    below, above = (float(np.hypot(end - paired.value, spread)) for end in (paired.low, paired.high))
-    points = Interval(paired.value, paired.value - below, paired.value + above)
-    return Gain(change.what, change.to, float(changed.row["recovery"]), points, changed.row["money_per_hour"])
+    return Gain(
+        change.what, change.to, float(changed.row["recovery"]), widen(paired, spread), changed.row["money_per_hour"]
+    )
 
 
 def _robots(line: LineConfig) -> Iterator[tuple[str, str, Differences]]:

@@ -23,6 +23,7 @@ from ..dispatchers.registry import ENV, line_core
 from ..ground import metrics
 from ..ground.cli import UsageError
 from ..ground.environments import make_vector, stream_seed
+from ..ground.metrics import Interval
 from ..ground.tables import throws_bar
 from ..judging import losses
 from ..judging.losses import FATES, Counted, Fates, decision_energy
@@ -219,16 +220,16 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
             f"no objects: none reached the end of level {line.name!r} in {conditions.shifts} shifts of "
             f"{line.duration:g} s; arrivals.rate is {line.arrivals.rate:g} objects a second"
         )
-    recovery = metrics.interval(shares[np.isfinite(shares)])
     fates = Fates.of(shifts, line, counted)
     # A shipped table is larger than the one whose throws say what became of them.
     spread = 0.0 if counted is None or line.chances is None else table_spread(shifts, fates, counted)
+    recovery = widen(metrics.interval(shares[np.isfinite(shares)]), spread)
     by_item = zip(line.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
     figures = {
         "recovery": recovery.value,
         "recovery_counts": spread,
-        "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
-        "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
+        "recovery_low": recovery.low,
+        "recovery_high": recovery.high,
         **_pace(shifts, spread),
         **with_interval("value_per_min", shifts.value),
         **with_interval("purity", shifts.figures["shift_purity"]),
@@ -255,12 +256,14 @@ def _pace(shifts: Shifts, spread: float) -> dict[str, float]:
     """Sorted objects a minute with their interval, which holds the spread of a recovery by the table's counts."""
     pace = metrics.interval(shifts.figures["shift_sorted_per_min"])
     shares = shifts.figures["shift_recovery"].astype(np.float64)
-    wide = spread * pace.value / max(float(np.nanmean(shares)), 1e-9)
-    return {
-        "sorted_per_min": pace.value,
-        "sorted_per_min_low": pace.value - float(np.hypot(pace.value - pace.low, wide)),
-        "sorted_per_min_high": pace.value + float(np.hypot(pace.high - pace.value, wide)),
-    }
+    pace = widen(pace, spread * pace.value / max(float(np.nanmean(shares)), 1e-9))
+    return {"sorted_per_min": pace.value, "sorted_per_min_low": pace.low, "sorted_per_min_high": pace.high}
+
+
+def widen(interval: Interval, spread: float) -> Interval:
+    """An interval that holds an independent spread as well, half of the 95 % interval of the counts behind a table."""
+    below, above = (float(np.hypot(end - interval.value, spread)) for end in (interval.low, interval.high))
+    return Interval(interval.value, interval.value - below, interval.value + above)
 
 
 def work(line: LineConfig, conditions: Conditions) -> Shifts:
@@ -298,16 +301,15 @@ def check(plan: Planned, conditions: Conditions, release: str | None = None) -> 
         return None
     simulated = simulate(plan, conditions, count, release)
     recovery = metrics.interval(simulated[np.isfinite(simulated)])
-    over = metrics.difference(simulated, plan.recovery[:count])
-    below, above = (float(np.hypot(end - over.value, plan.row["recovery_counts"])) for end in (over.low, over.high))
+    over = widen(metrics.difference(simulated, plan.recovery[:count]), plan.row["recovery_counts"])
     return {
         "shifts": count,
         "recovery": recovery.value,
         "recovery_low": recovery.low,
         "recovery_high": recovery.high,
         "over_table": over.value,
-        "over_table_low": over.value - below,
-        "over_table_high": over.value + above,
+        "over_table_low": over.low,
+        "over_table_high": over.high,
     }
 
 
