@@ -1,7 +1,8 @@
-"""Thousands of random events on a session of the design page, and how long its answers take.
+"""Thousands of random events on a session of the design page, how long its answers take, and how far they hold.
 
 `python -m benchmarks.design_events --events 10000` ends with 1 after a fault, or after a design that cannot be saved
-and opened again; `--answers N` measures N answers of each kind in processor time.
+and opened again. `--answers N` measures N answers of each kind. `--designs N` compares the answers to N random designs
+with those of `pnt-gym line plan` in the full physics.
 """
 
 from __future__ import annotations
@@ -9,7 +10,9 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from functools import partial
-from time import process_time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
 from typing import Final
 
 import numpy as np
@@ -19,6 +22,7 @@ from agents.design import changes, figures, level_files
 from agents.design.answers import Judge
 from agents.design.changes import Change
 from agents.design.session import Session, opened
+from agents.line.plans import Conditions, Sweep, judge, make_plans
 from pnt_gym.cells.conveyor.robot import sheet_names
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import PntGymError
@@ -35,13 +39,17 @@ class Arguments:
     """Events of a session."""
     answers: int = 0
     """Answers of each kind to measure."""
+    designs: int = 0
+    """Random designs to compare with the full physics."""
+    throws: int = 1000
+    """Throws in the full physics behind each table."""
     seed: int = 0
     """Seed of the events."""
 
 
-def random_change(line: LineConfig, rng: np.random.Generator) -> Change:
+def random_change(line: LineConfig, rng: np.random.Generator, wild: float = WILD) -> Change:
     """A change as a hand on sliders makes them, now and then far out of its range."""
-    scale = 50.0 if rng.random() < WILD else 1.0
+    scale = 50.0 if rng.random() < wild else 1.0
     robot, item = int(rng.integers(len(line.robots))), str(rng.choice(line.cell.items))
     owner = int(rng.choice(changes.bin_owners(line)))
     number = int(rng.integers(len(changes.fixed_bins(line, owner))))
@@ -95,31 +103,75 @@ def run_events(count: int, seed: int) -> None:
 
 
 def time_answers(count: int, seed: int) -> None:
-    """Print quantiles of the processor time of answers: provisional ones with a valid table, settled ones without."""
+    """Print quantiles of the time of answers: provisional ones with a valid table, settled ones without.
+
+    A settled answer is timed from the change on, with the provisional answer before it, as the page gives both.
+    """
     rng, base, judge = np.random.default_rng(seed), opened(LineConfig.load("skills3")), Judge()
-    for is_settled in (True, False, True):
+    for is_settled in (False, True, False, True):
         judge.answer(base, is_settled)  # compiles, and counts the table
     times: dict[str, list[float]] = {"provisional after a slider": [], "settled after a dragged bin": []}
     while min(map(len, times.values())) < count:
         slid = partial(changes.set_rate, per_minute=float(rng.uniform(60.0, 300.0)))
         x, y = rng.uniform(-0.42, -0.38), rng.uniform(0.26, 0.5)
         dragged = partial(changes.move_bin, robot=0, number=0, x=float(x), y=float(y))
-        for taken, change, is_settled in zip(times.values(), (slid, dragged), (False, True), strict=True):
-            begin = process_time()
+        for taken, change, stages in zip(times.values(), (slid, dragged), ([False], [False, True]), strict=True):
+            begin = perf_counter()
             try:
-                judge.answer(change(base), is_settled)
+                line = change(base)
+                for is_settled in stages:
+                    judge.answer(line, is_settled)
             except PntGymError:
                 continue
-            taken.append(process_time() - begin)
+            taken.append(perf_counter() - begin)
     for name, taken in times.items():
         median, high = np.quantile(taken, [0.5, 0.95])
-        print(
-            f"{name}: median {1000 * median:.0f} ms, p95 {1000 * high:.0f} ms of processor time, {len(taken)} answers"
-        )
+        print(f"{name}: median {1000 * median:.0f} ms, p95 {1000 * high:.0f} ms, {len(taken)} answers")
+
+
+def random_design(rng: np.random.Generator) -> LineConfig:
+    """A design that some changes make of `skills3`, that can be judged, and whose robots have a model."""
+    while True:
+        line, left = opened(LineConfig.load("skills3")), int(rng.integers(2, 6))
+        try:
+            while left:
+                change = random_change(line, rng, wild=0.0)
+                try:
+                    line, left = change(line), left - 1
+                except PntGymError:
+                    continue
+            Judge().answer(line, False)
+        except PntGymError:
+            continue
+        if line.finest == "full":
+            return line
+
+
+def compare_designs(count: int, throws: int, seed: int) -> None:
+    """Print the recovery of random designs by the page, and by `pnt-gym line plan` in the full physics."""
+    rng, over = np.random.default_rng(seed), list[float]()
+    with TemporaryDirectory() as folder:
+        conditions = Conditions(throws=throws, tables=Path(folder), check=0, quiet=True)
+        for number in range(count):
+            line = random_design(rng)
+            page = Judge().answer(line, True).row
+            sweep = Sweep(robots=(len(line.robots),), minutes=line.duration / 60.0)
+            plan = judge(*next(make_plans(line, sweep)), conditions).row
+            over.append(100.0 * (page["recovery"] - plan["recovery"]))
+            counts = 100.0 * plan["recovery_counts"]
+            print(
+                f"{number}: page {100 * page['recovery']:.1f} %, plan {100 * plan['recovery']:.1f} % +- {counts:.1f} "
+                f"by its counts, page over plan {over[-1]:+.2f} points",
+                flush=True,
+            )
+    far = np.abs(over)
+    print(f"{count} designs: mean {np.mean(over):+.2f}, {(far <= 1.0).sum()} within 1 point, farthest {far.max():.2f}")
 
 
 def main(arguments: Arguments) -> None:
-    """Measure answers, or let events happen."""
+    """Measure answers, compare designs, or let events happen."""
+    if arguments.designs:
+        compare_designs(arguments.designs, arguments.throws, arguments.seed)
     if arguments.answers:
         time_answers(arguments.answers, arguments.seed)
     if arguments.events:

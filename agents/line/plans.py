@@ -316,15 +316,12 @@ def check(plan: Planned, conditions: Conditions, release: str | None = None) -> 
 def table_spread(shifts: Shifts, fates: Fates, counted: Counted) -> float:
     """Half of the 95 % interval of a recovery that comes from the counts of the table: sums of binomial variances.
 
-    An attempt succeeds if the cup seals and the object ends in its bin. Robots that have time left try again after a
-    failed pick; for their plans the figure is an upper bound.
+    Only landings are counted: the chances to seal are known.
     """
     kind, items = shifts.decisions["true_kind"], len(counted.held)
-    attempts = np.bincount(kind, minlength=items).astype(np.float64)
-    sealed = np.bincount(kind[shifts.decisions["picked"].astype(bool)], minlength=items)
-    chance = np.minimum(fates.counts.sum(axis=0)[:, 0] / np.maximum(attempts, 1.0), 1.0)
-    tries = counted.held * attempts / np.maximum(sealed, 1)  # the table's file keeps the sealed ones
-    variance = (attempts / fates.counts.sum()) ** 2 * chance * (1.0 - chance) / np.maximum(tries, 1.0)
+    held = np.bincount(kind[shifts.decisions["picked"].astype(bool)], minlength=items).astype(np.float64)
+    chance = np.minimum(fates.counts.sum(axis=0)[:, 0] / np.maximum(held, 1.0), 1.0)
+    variance = (held / fates.counts.sum()) ** 2 * chance * (1.0 - chance) / np.maximum(counted.held, 1)
     return float(1.96 * np.sqrt(variance.sum()))
 
 

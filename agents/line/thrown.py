@@ -13,7 +13,7 @@ import numpy as np
 
 from pnt_gym.cells.conveyor.cup.hold import fail_chance
 from pnt_gym.cells.line.cell import Decisions, LineCell
-from pnt_gym.cells.line.chances import Chances, format_table, shipped_table
+from pnt_gym.cells.line.chances import format_table, shipped_table
 from pnt_gym.cells.line.config import MADE_TABLES, LineConfig
 from pnt_gym.cells.line.throws import SimulatedThrows
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
@@ -29,8 +29,9 @@ from ..ground.outputs import deliver_text
 from ..ground.tables import throws_bar
 from ..ground.versions import versions
 from ..judging import losses
-from ..judging.losses import ENTRY, Counted, CountedThrows
+from ..judging.losses import ENTRY, Counted
 from ..learning.runs import POLICY
+from .counting import counting_line, tabulate
 
 NUM_ENVS: Final = 32
 FEW_ENVS: Final = 4
@@ -38,8 +39,6 @@ FEW_ENVS: Final = 4
 MOST_EMPTY: Final = 200
 """Number of consecutive shifts without a throw that ends the calibration. If one shift in ten had throws, so many
 shifts without any would come once in a billion times."""
-CHANCES: Final = ("kind", "percent", "distance", "hits", "picked")
-"""Columns of throws that make a table of chances."""
 
 
 def place(config: LineConfig, release: str | None, folder: Path = MADE_TABLES, controller: str | None = None) -> Path:
@@ -110,41 +109,38 @@ def calibrate(
 ) -> str:
     """Make the table of a line and write it to a file; a summary in one sentence.
 
-    Throws are chosen at random, or by a controller, which knows the chances that the line has before.
+    Throws are those of the counting line, at random, or those that a controller chooses on the line itself by the
+    chances that the line has before.
     """
     if controller is None:
-        config = config.simulated(chances=None)
-        batches = list(random_throws(config, throws, seed, num_envs, threads, release))
+        line = counting_line(config, config.finest)
+        batches = list(random_throws(line, throws, seed, num_envs, threads, release))
     else:
-        config = config.simulated()
-        batches = list(chosen_throws(config, controller, throws, seed, threads, release))
+        batches = list(chosen_throws(config.simulated(), controller, throws, seed, threads, release))
     columns = {name: np.concatenate([part[name] for part in batches]) for name in batches[0]}
     head = {"digest": config.digest(), "throws": len(columns["kind"]), "seed": seed, "versions": versions()}
     head |= {} if release is None else {"release": release}
     head |= {} if controller is None else {"controller": controller}
-    chances = Chances.from_throws(config.cell, **{name: columns[name] for name in CHANCES})
-    counted = Counted.from_throws(
-        len(config.cell.items), CountedThrows(**{name: columns[name] for name in CountedThrows._fields})
-    )
+    chances, counted = tabulate(config, columns)
     text = format_table(chances, **head, items=list(config.cell.items), **{ENTRY: counted.entry()})
     deliver_text(place, text)
-    success_share = columns["hits"].sum() / columns["picked"].sum()
+    success, sealed = columns["hits"].sum() / columns["picked"].sum(), np.sort(chances.picked)
     return (
-        f"{len(columns['kind'])} throws: {columns['picked'].mean():.1%} of the picks succeeded, and "
-        f"{success_share:.1%} of the picked objects ended in their bins; the table is in {place}"
+        f"{len(columns['kind'])} throws: {success:.1%} of the held objects ended in their bins, and the cup seals on "
+        f"{sealed[0]:.0%} to {sealed[-1]:.0%} of the picks of an item; the table is in {place}"
     )
 
 
 def random_throws(
     config: LineConfig,
-    throws: int,
+    throws: float,
     seed: int,
     num_envs: int,
     threads: int,
     release: str | None = None,
     quiet: bool = False,
 ) -> Iterator[dict[str, Any]]:
-    """Columns of the throws of robots that choose at random, batch by batch; `quiet` shows no progress.
+    """Columns of throws of robots that choose at random, batch by batch; `quiet` shows no progress, for any number.
 
     Raises:
         UsageError: no robot throws in `MOST_EMPTY` consecutive shifts.

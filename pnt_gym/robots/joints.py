@@ -22,6 +22,21 @@ class JointMotion:
     acceleration: Floats
     torque: Floats
 
+    def within_reach(self) -> JointMotion:
+        """The motion at knots, each (M, N, K), at rest from where a hand that rides with a belt has left the workspace.
+
+        A motion that comes back from out of reach, or that begins there, stays as it is: not finite.
+        """
+        reached = np.isfinite(self.position).all(axis=0)
+        if reached.all():
+            return self
+        knots, count = np.arange(reached.shape[1]), reached.sum(axis=1)[:, None]
+        leaves = (count > 0) & (reached == (knots < count)).all(axis=1)[:, None]
+        last, rests = np.where(leaves, np.minimum(knots, count - 1), knots)[None], leaves & (knots >= count)
+        position, torque = (np.take_along_axis(part, last, axis=2) for part in (self.position, self.torque))
+        velocity, acceleration = (np.where(rests, 0.0, part) for part in (self.velocity, self.acceleration))
+        return JointMotion(position, velocity, acceleration, torque)
+
 
 class RobotModel(Protocol):
     """A robot in a model: the names of its elements, and its kinematics and dynamics."""

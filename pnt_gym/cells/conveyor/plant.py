@@ -247,7 +247,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         ahead = clock.end - clear
         last = -(-max(ahead.tolist()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
-        knots = self.scene.robot.motion(*clock.hand(clear[:, None] + steps))
+        knots = self.scene.robot.motion(*clock.hand(clear[:, None] + steps)).within_reach()
         planned = in_order(knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0), steps * clock.step)
         return Effort(*recorded.loads_between(*planned))
 
@@ -275,7 +275,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         # Without the limit a hand that rides with the belt would ride on until the longest throw ends, out of reach.
         # Interpolation up to the end needs one more knot behind it.
         position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None] + clock.stride))
-        return self.scene.robot.motion(position, velocity, acceleration)
+        return self.scene.robot.motion(position, velocity, acceleration).within_reach()
 
 
 def _tracking_error(sensors: Floats, clock: ThrowClock) -> Floats:

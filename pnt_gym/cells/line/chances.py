@@ -44,11 +44,11 @@ class ThrowClasses:
     """Classes of each throw (N,)."""
 
     @classmethod
-    def of(cls, percent: Floats, distance: Floats, counted: Floats) -> Self:
-        """Classes of throws at settings (N,) [%] and distances (N,) [m], equally filled by some of these distances."""
+    def of(cls, percent: Floats, distance: Floats) -> Self:
+        """Classes of throws at settings (N,) [%] and distances (N,) [m], equally many at each class of distance."""
         settings, places = np.unique(percent), (np.arange(DISTANCES) + 0.5) / DISTANCES
-        edges = np.quantile(counted, np.arange(1, DISTANCES) / DISTANCES)
-        middles = np.quantile(counted, places)
+        edges = np.quantile(distance, np.arange(1, DISTANCES) / DISTANCES)
+        middles = np.quantile(distance, places)
         return cls(settings, edges, middles, (np.searchsorted(settings, percent), np.searchsorted(edges, distance)))
 
     def count(self, kind: Ints, rows: Bools, items: int) -> Floats:
@@ -81,34 +81,9 @@ class Chances:
 
     @classmethod
     def from_throws(
-        cls, config: ConveyorConfig, kind: Ints, percent: Floats, distance: Floats, hits: Bools, picked: Bools
-    ) -> Self:
-        """Table from N simulated throws.
-
-        Args:
-            config: level of the cell.
-            kind: index of the item (N,).
-            percent: speed setting (N,) [%].
-            distance: horizontal distance of the throw (N,) [m].
-            hits: whether the object crossed the opening and lies in its bin (N,).
-            picked: whether the cup sealed (N,).
-        """
-        items = len(config.items)
-        classes = ThrowClasses.of(percent, distance, distance[picked])
-        throws, counts = (classes.count(kind, rows, items) for rows in (picked, hits))
-        # Each class's share is shrunk towards its item's mean by PRIOR throws; Laplace's rule (h + 1) / (n + 2) keeps
-        # the mean off 0 and 1.
-        mean = (counts.sum(axis=(1, 2)) + 1.0) / (throws.sum(axis=(1, 2)) + 2.0)
-        landed = (counts + PRIOR * mean[:, None, None]) / (throws + PRIOR)
-        tries = np.bincount(kind, minlength=items)
-        sealed = (np.bincount(kind[picked], minlength=items) + 1.0) / (tries + 2.0)
-        return cls(classes.settings, classes.edges, np.where(config.pick.fails, sealed, 1.0), landed)
-
-    @classmethod
-    def from_held(
         cls, sealing: Floats, kind: Ints, percent: Floats, distance: Floats, hits: Bools, near: Self | None = None
     ) -> Self:
-        """Table from N simulated throws of held objects, with chances to seal that are known.
+        """Table from N simulated throws of held objects; the chances to seal are known.
 
         The shares of few throws have no bias. An item's mean is counted, with one throw of the mean of all items, so an
         item that nobody threw has a share too. Each class is shrunk by PRIOR throws towards the mean of its item, or
@@ -122,7 +97,7 @@ class Chances:
             hits: whether the object crossed the opening and lies in its bin (N,).
             near: table of a line with the same items; None for no such line.
         """
-        classes = ThrowClasses.of(percent, distance, distance)
+        classes = ThrowClasses.of(percent, distance)
         throws, counts = (classes.count(kind, rows, len(sealing)) for rows in (np.ones_like(hits), hits))
         mean = (counts.sum(axis=(1, 2)) + hits.mean()) / (throws.sum(axis=(1, 2)) + 1.0)
         usual = mean[:, None, None] if near is None else near.at(classes.settings, classes.middles)

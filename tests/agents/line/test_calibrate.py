@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 import yaml
 
+from agents.ground.cli import UsageError
 from agents.line import thrown
-from agents.line.thrown import CHANCES, chosen_throws, random_throws
+from agents.line.counting import counting_line
+from agents.line.thrown import calibrate, chosen_throws, random_throws
 from pnt_gym.cells.line.chances import Chances, shipped_table
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import answered, output_of, refused
@@ -28,8 +30,12 @@ def made(tmp_path_factory):
 def test_a_table_is_written_and_said_to_be(made):
     folder, said = made
     told = json.loads((folder / "table.json").read_text())
-    assert said.startswith(f"{told['throws']} throws: ") and "of the picks succeeded" in said
-    assert "of the picked objects ended in their bins; the table is in table.json" in " ".join(said.split())
+    words = " ".join(said.split())
+    low, high = min(told["picked"]), max(told["picked"])
+    assert words.startswith(f"{told['throws']} throws: ") and "of the held objects ended in their bins" in words
+    assert words.endswith(
+        f"the cup seals on {low:.0%} to {high:.0%} of the picks of an item; the table is in table.json"
+    )
     assert 120 <= told["throws"] < 128
     assert told["digest"] == LineConfig.load(LEVEL).digest()
     assert told["items"] == ["tray", "can", "paper_ball", "yoghurt_cup"]
@@ -41,14 +47,28 @@ def test_a_table_is_written_and_said_to_be(made):
 
 def test_the_table_is_what_the_throws_of_the_seed_say(made):
     folder, _ = made
-    config = LineConfig.load(LEVEL, throws="full", chances=None)
-    told = list(random_throws(config, throws=120, seed=0, num_envs=8, threads=1))
+    config = LineConfig.load(LEVEL)
+    told = list(random_throws(counting_line(config, "full"), throws=120, seed=0, num_envs=8, threads=1))
     columns = {name: np.concatenate([part[name] for part in told]) for name in told[0]}
-    again = Chances.from_throws(config.cell, **{name: columns[name] for name in CHANCES})
+    counts = {name: columns[name] for name in ("kind", "percent", "distance", "hits")}
+    again = Chances.from_throws(1.0 - sums(columns["fails"], counts["kind"]), **counts)
     written = json.loads((folder / "table.json").read_text())
     for name in ("percent", "edges", "picked", "landed"):
         np.testing.assert_allclose(written[name], getattr(again, name), atol=5.1e-6)
-    assert not (columns["hits"] & ~columns["picked"]).any()
+    assert columns["picked"].all()
+
+
+def sums(values, kind):
+    """Mean value of each of the four items."""
+    return np.array([values[kind == item].mean() for item in range(4)])
+
+
+def test_flights_and_the_full_physics_throw_the_same_objects(made):
+    config = LineConfig.load(LEVEL)
+    full, flown = (next(random_throws(counting_line(config, throws), 100, 0, 8, 1)) for throws in ("full", "flight"))
+    for name in ("kind", "percent", "distance", "fails"):
+        np.testing.assert_array_equal(full[name], flown[name])
+    assert np.nanmedian(np.linalg.norm(full["miss"] - flown["miss"], axis=1)) < 0.003
 
 
 def test_without_a_place_a_table_is_found_by_other_commands(tmp_path, monkeypatch):
@@ -66,12 +86,14 @@ def test_without_a_place_a_table_is_found_by_other_commands(tmp_path, monkeypatc
     assert answered("agents.evaluate", *evaluation) == (0, "")
 
 
-def test_a_line_on_which_nothing_comes_is_said_to_have_no_throws(tmp_path):
-    empty = {"name": "empty", "base": "single", "arrivals": {"rate": 1e-9}, "duration": 5}
-    level = tmp_path / "empty.yaml"
-    level.write_text(yaml.safe_dump(empty))
-    said = "level 'empty': no robot threw an object in 224 shifts of 5 s; arrivals.rate is 1e-09 objects a second"
-    assert said in refused("agents.line calibrate", "--level", level, "--out", tmp_path / "table.json")
+def test_a_line_on_which_nothing_comes_has_a_table_but_a_controller_throws_nothing_there(tmp_path):
+    empty = LineConfig.load({"name": "empty", "base": "single", "arrivals": {"rate": 1e-9}, "duration": 5})
+    tables = [tmp_path / f"{name}.json" for name in ("random", "price")]
+    calibrate(empty, tables[0], 32, 0, 8)
+    said = r"level 'empty': no robot threw an object in \d+ shifts of 5 s; arrivals.rate is 1e-09 objects a second"
+    with pytest.raises(UsageError, match=said):
+        calibrate(empty, tables[1], 32, 0, controller="price")
+    assert [table.is_file() for table in tables] == [True, False]
 
 
 def test_throws_that_a_controller_chooses_are_counted():

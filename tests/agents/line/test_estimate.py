@@ -7,9 +7,11 @@ import pytest
 
 import pnt_gym
 from agents.ground.cli import UsageError
+from agents.line.counting import counting_line
 from agents.line.estimate import estimate
-from agents.line.flown import FlightTable, counting_line, fly
+from agents.line.flown import FlightTable, fly
 from agents.line.plans import Conditions
+from agents.line.thrown import random_throws
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.line import chances
 
@@ -61,6 +63,26 @@ def test_nothing_flies_where_the_cells_are_the_same(first, monkeypatch):
     assert again.planned.row == first.planned.row
 
 
+def test_a_table_grows_by_flights_and_equals_one_that_was_counted_at_once(first, monkeypatch):
+    counted = []
+
+    def count(*args, **options):
+        for batch in random_throws(*args, **options):
+            counted.append(len(batch["kind"]))
+            yield batch
+
+    monkeypatch.setattr("agents.line.flown.random_throws", count)
+    few = fly(LEVEL, FLIGHTS, 0, 1)
+    begun = sum(counted)
+    grown = fly(LEVEL, 2 * FLIGHTS, 0, 1, near=few)
+    assert begun < sum(counted) < begun + 2 * FLIGHTS
+    at_once = fly(LEVEL, 2 * FLIGHTS, 0, 1)
+    assert grown.chances.entries == at_once.chances.entries != few.chances.entries
+    assert grown.counted.entry() == at_once.counted.entry()
+    again = fly(LEVEL, FLIGHTS + 1, 0, 1, near=few)
+    assert again.chances.entries == fly(LEVEL, FLIGHTS + 1, 0, 1).chances.entries
+
+
 def test_a_table_belongs_to_the_cells_and_not_to_the_stream(first):
     """So a table that was kept is, to the bit, the one that the changed line would count."""
     mix = {"cell": {**LEVEL.cell.model_dump(exclude_unset=True), "mix": {"can": 1.0, "tray": 5.0}}}
@@ -68,7 +90,7 @@ def test_a_table_belongs_to_the_cells_and_not_to_the_stream(first):
     other = fly(LineConfig.load(LEVEL, robots=robots, arrivals={"rate": 0.5}, **mix), FLIGHTS, 0, 1)
     assert other.digest == first.table.digest
     assert other.chances.entries == first.table.chances.entries
-    assert counting_line(LEVEL).cell.shares().tolist() == [0.25] * 4
+    assert counting_line(LEVEL, "flight").cell.shares().tolist() == [0.25] * 4
 
 
 def test_few_flights_are_shrunk_towards_the_table_of_the_design_before(first):

@@ -224,8 +224,8 @@ def test_the_full_physics_is_said_to_agree_or_not():
 
 
 def test_few_counted_throws_make_wide_intervals_by_hand():
-    # Of 100 objects 50 picks are of the first item, of which 40 sealed and 20 ended in their bin; all 20 of the second
-    # did. 25 sealed picks behind the table are 31.25 picks: 0.5^2 x 0.4 x 0.6 / 31.25 is the whole variance.
+    # Of 100 objects 40 of the first item were held, of which 20 ended in their bin; all 20 of the second did. With 25
+    # throws of the first item behind the table, 0.4^2 x 0.5 x 0.5 / 25 is the whole variance.
     counts = np.array([[[20.0, 5.0, 10.0, 5.0, 10.0, 30.0, 0.0], [20.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]]])
     nothing = np.zeros(2, dtype=np.int64)
     counted = Counted(
@@ -233,7 +233,7 @@ def test_few_counted_throws_make_wide_intervals_by_hand():
     )
     kind = np.repeat([0, 1], [50, 20])
     shifts = Shifts({}, {"true_kind": kind, "picked": np.arange(70) >= 10}, 0, 70, 0.0)
-    assert table_spread(shifts, Fates(counts, True), counted) == pytest.approx(1.96 * 0.5 * (0.24 / 31.25) ** 0.5)
+    assert table_spread(shifts, Fates(counts, True), counted) == pytest.approx(1.96 * 0.4 * 0.5 / 25**0.5)
 
 
 def test_money_is_proceeds_less_hours_and_energy():

@@ -9,6 +9,7 @@ from pnt_gym.cells.base import settling
 from pnt_gym.cells.base.plant import Recording
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import landing_point
+from pnt_gym.robots.joints import JointMotion
 from tests.tools.throws import NO_DELAY, NO_SPREAD, item, make_core, same_bits, vary, with_objects
 
 THROWS = 200
@@ -224,3 +225,24 @@ def test_falls_are_the_same_without_the_checks_above_the_rim(monkeypatch):
     monkeypatch.setattr(settling, "FASTEST_FALL", 1e9)  # all checks
     checking = make_core("waste", 24).step(np.zeros((24, 2))).info
     assert all(same_bits(skipping[name], values) for name, values in checking.items())
+
+
+@pytest.mark.parametrize("fidelity", ["flight", "full"])
+def test_a_hand_that_rides_out_of_reach_on_a_fast_belt_stops_there(fidelity):
+    """Before, the motors got no number and the energy was none."""
+    core = make_core(vary("waste", fidelity=fidelity, belt={"speed": 1.3}, limits={"percent": [90]}), 32)
+    for _ in range(2):
+        info = core.step(np.zeros((32, 2))).info
+        assert np.isfinite(info["energy"]).all()
+        assert (info["energy"] > 0.0).all()
+
+
+def test_a_motion_rests_where_it_leaves_the_workspace_for_good():
+    gone, inside = np.nan, np.arange(4.0)
+    rows = [inside, [0.0, 1.0, gone, gone], [0.0, gone, 2.0, 3.0], [gone, 1.0, 2.0, gone]]
+    motion = JointMotion(*(np.array([rows]) for _ in range(4)))
+    rested = motion.within_reach()
+    np.testing.assert_array_equal(rested.position[0], [inside, [0.0, 1.0, 1.0, 1.0], *rows[2:]])
+    np.testing.assert_array_equal(rested.torque[0], rested.position[0])
+    np.testing.assert_array_equal(rested.velocity[0], [inside, [0.0, 1.0, 0.0, 0.0], *rows[2:]])
+    np.testing.assert_array_equal(rested.acceleration[0], rested.velocity[0])

@@ -16,28 +16,22 @@ CONFIG = LineConfig.load({"base": "speed", "throws": "flight"})
 
 
 def test_a_table_is_what_was_counted():
-    """24 throws of two items at two speeds, by hand."""
-    kind = np.repeat([0, 1], 12)
-    percent = np.tile([30.0, 50.0], 12)
-    distance = np.linspace(0.5, 1.1, 24)
-    picked = np.ones(24, dtype=bool)
-    picked[[3, 4, 15]] = False
-    won = picked & (np.arange(24) % 3 != 0)
-    made = Chances.from_throws(CONFIG.cell, kind, percent, distance, won, picked)
+    """21 throws of two items at two speeds, by hand."""
+    kind, percent = np.repeat([0, 1], [10, 11]), np.tile([30.0, 50.0], 11)[:21]
+    distance, hits = np.linspace(0.5, 1.1, 21), np.arange(21) % 3 != 0
+    made = Chances.from_throws(np.array([0.9, 0.8, 0.7, 0.6]), kind, percent, distance, hits)
     assert made.percent.tolist() == [30.0, 50.0]
-    held = np.sort(distance[picked])  # 21 throws, 4 classes of equally many
-    assert [int((held <= edge).sum()) for edge in made.edges] == [6, 11, 16]
-    # Item 0: 12 tries of which 10 sealed; the two that never came have a half.
-    assert made.picked.tolist() == pytest.approx([11 / 14, 12 / 14, 0.5, 0.5])
+    assert made.picked.tolist() == [0.9, 0.8, 0.7, 0.6]
+    assert [int((distance <= edge).sum()) for edge in made.edges] == [6, 11, 16]  # 4 classes of equally many
     for item in range(4):
-        throws = [i for i in range(24) if kind[i] == item and picked[i]]
-        mean = (sum(won[i] for i in throws) + 1.0) / (len(throws) + 2.0)
+        throws = [i for i in range(21) if kind[i] == item]
+        mean = (sum(hits[i] for i in throws) + hits.mean()) / (len(throws) + 1.0)
         for setting, speed in enumerate((30.0, 50.0)):
             for near in range(4):
                 low = made.edges[near - 1] if near else -np.inf
                 high = made.edges[near] if near < 3 else np.inf
                 own = [i for i in throws if percent[i] == speed and low < distance[i] <= high]
-                wanted = (sum(won[i] for i in own) + PRIOR * mean) / (len(own) + PRIOR)
+                wanted = (sum(hits[i] for i in own) + PRIOR * mean) / (len(own) + PRIOR)
                 assert made.landed[item, setting, near] == pytest.approx(wanted)
 
 
@@ -45,7 +39,7 @@ def test_shares_of_few_held_objects_have_no_bias():
     """12 throws of the first item at two speeds, by hand; nobody threw the other items."""
     percent, distance, kind = np.tile([30.0, 50.0], 6), np.linspace(0.5, 1.1, 12), np.zeros(12, dtype=np.int64)
     hits, sealing = np.arange(12) % 4 != 0, np.array([0.9, 0.8, 0.7, 0.6])
-    made = Chances.from_held(sealing, kind, percent, distance, hits)
+    made = Chances.from_throws(sealing, kind, percent, distance, hits)
     assert made.picked is sealing
     assert made.landed[1:] == pytest.approx(0.75)
     for near in range(4):  # three throws in each class of distance
@@ -55,7 +49,7 @@ def test_shares_of_few_held_objects_have_no_bias():
             wanted = (hits[own][rows].sum() + PRIOR * 0.75) / (rows.sum() + PRIOR)
             assert made.landed[0, setting, near] == pytest.approx(wanted)
     usual = Chances(np.array([50.0]), np.array([0.8]), sealing, np.array([[[0.2, 0.4]]] * 4))
-    shrunk = Chances.from_held(sealing, kind, percent, distance, hits, usual)
+    shrunk = Chances.from_throws(sealing, kind, percent, distance, hits, usual)
     assert shrunk.landed[1:, 0].tolist() == [pytest.approx([0.2, 0.2, 0.4, 0.4])] * 3
     assert shrunk.landed[0, 0, 0] == pytest.approx((hits[:3][percent[:3] == 30.0].sum() + PRIOR * 0.2) / (2 + PRIOR))
 
@@ -76,13 +70,6 @@ def test_a_level_may_hold_its_table(tmp_path):
             read_table(LineConfig.load({"base": "speed", "chances": {**entries, key: value}}))
     with pytest.raises(ConfigError, match=r"chances.*edge"):
         LineConfig.load({"base": "speed", "chances": {**entries, "edge": 1}})
-
-
-def test_cups_that_never_fail_are_certain():
-    still = CONFIG.cell.model_copy(update={"pick": CONFIG.cell.pick.model_copy(update={"fails": False})})
-    one, yes = np.zeros(8, dtype=np.int64), np.ones(8, dtype=bool)
-    made = Chances.from_throws(still, one, np.full(8, 40.0), np.linspace(0.5, 1.0, 8), yes, yes)
-    assert made.picked.tolist() == [1.0] * 4
 
 
 def chances_of(table, kind, percent, distance):
