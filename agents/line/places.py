@@ -8,7 +8,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import PntGymError
 
@@ -29,6 +29,8 @@ NEARER: Final = (0.1, 0.2, 0.3)
 """Ways by which all bins come nearer to the belt, for the search to begin with [m]."""
 BEGIN: Final = 0.35
 """Share of the tries for simple changes, before CMA-ES."""
+FIRST: Final = 0.7
+"""Share of the tries until which CMA-ES moves bins alone, where robots are placed too: bins are worth more."""
 END: Final = 0.85
 """Share of the tries after which CMA-ES ends, for simple changes of what it found."""
 SIGMA: Final = (0.05, 0.20)
@@ -191,7 +193,10 @@ class Search:
             )
         self.exchange(BEGIN)
         self.refine(FLIGHTS[1])
-        self.evolve(seed, END)
+        is_bin = grounds.free < grounds.today.bins.size
+        if is_bin.any() and not is_bin.all():
+            self.evolve(seed, FIRST, is_bin)
+        self.evolve(seed, END, np.ones_like(is_bin))
         self.refine(FLIGHTS[2])
         self.exchange(1.0)
         self.stage = "settled estimates"
@@ -215,18 +220,20 @@ class Search:
                 return
             self.cost(layout)
 
-    def evolve(self, seed: int, share: float) -> None:
-        """Search around the best layout by CMA-ES until a share of the tries is used up."""
+    def evolve(self, seed: int, share: float, moves: Bools) -> None:
+        """Search around the best layout by CMA-ES over the numbers that move, until a share of the tries is used up."""
         import cma  # noqa: PLC0415 - an extra that only searches need
 
         self.stage = "search"
-        is_bin = self.grounds.free < self.grounds.today.bins.size
-        options = {"seed": seed + 1, "verbose": -9, "CMA_stds": np.where(is_bin, *SIGMA), "maxiter": self.tries}
-        strategy: Any = cma.CMAEvolutionStrategy(self.grounds.vector(self.best(1)[0]), 1.0, options)
+        is_bin, centre = self.grounds.free < self.grounds.today.bins.size, self.grounds.vector(self.best(1)[0])
+        options = {"seed": seed + 1, "verbose": -9, "CMA_stds": np.where(is_bin, *SIGMA)[moves], "maxiter": self.tries}
+        strategy: Any = cma.CMAEvolutionStrategy(centre[moves], 1.0, options)
         while not (self.is_over(share) or strategy.stop()):
             vectors, costs = strategy.ask(), list[float]()
             while len(costs) < len(vectors) and not self.is_over(share):
-                costs.append(self.cost(self.grounds.layout(np.asarray(vectors[len(costs)]))))
+                vector = centre.copy()
+                vector[moves] = vectors[len(costs)]
+                costs.append(self.cost(self.grounds.layout(vector)))
             if len(costs) == len(vectors):
                 strategy.tell(vectors, costs)
 
