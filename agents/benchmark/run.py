@@ -33,8 +33,8 @@ from ..results.plan import Piece, entry_controller
 
 ControllerFactory: TypeAlias = Callable[[str, Trial], Controller]
 """Returns the trained controller of a name for the trial that evaluates it."""
-STORED_FROM: Final = 20.0
-"""Time of learning from which the policy of a controller that is not trained is stored [s]."""
+STORED_FROM: Final = 2000
+"""Throws of learning from which the policy of a controller that is not trained is stored."""
 LARGEST: Final = 400_000
 """Largest policy that is stored [bytes]: thirty larger ones would make a result as large as a repository."""
 
@@ -60,7 +60,7 @@ class Part(NamedTuple):
 
     Attributes:
         results: rows with all columns.
-        policies: content of the policies that took long to learn, by the names of their files.
+        policies: content of the policies that learned from many throws, by the names of their files.
         seconds: time that the piece took [s].
     """
 
@@ -101,7 +101,7 @@ def _packed(piece: Piece, folder: Path) -> bytes:
 
 
 def run_piece(piece: Piece, folder: Path, stored: bytes | None = None) -> Part:
-    """Results of a piece of work, and the policies that took long to learn.
+    """Results of a piece of work, and the policies that learned from many throws.
 
     Args:
         piece: the piece of work.
@@ -133,8 +133,8 @@ def _run(piece: Piece, lesson: Lesson, details: Mapping[str, str]) -> Iterator[d
 
 
 def _policy(piece: Piece, lesson: Lesson) -> bytes | None:
-    """Content of the file of a policy; None where learning again takes little, or the file would be large."""
-    if lesson.save is None or not (piece.entry.controller in TRAINED or lesson.seconds >= STORED_FROM):
+    """Content of the file of a policy; None where few throws were learned from, or the file would be large."""
+    if lesson.save is None or not (piece.entry.controller in TRAINED or lesson.throws >= STORED_FROM):
         return None
     with TemporaryDirectory() as folder:
         file = Path(folder) / POLICY

@@ -49,8 +49,8 @@ class Arguments:
     """Name of the submission."""
     throws: int = 0
     """Throws to learn from before the held-out ones, on the benchmark's level for learning."""
-    seeds: int = 10
-    """Number of learnings of a controller that learns, each from other throws."""
+    seeds: int = 5
+    """Number of learnings of a controller that learns, each from other throws; as many as the benchmark has."""
     jobs: int = 2
     """Processes side by side, one thread each."""
     out: Annotated[Path | None, option("results/submissions", "DIR")] = None

@@ -30,8 +30,8 @@ def difference(data: Data, level: str, learner: Data, reference: Data) -> str:
     """The difference in sorted objects per minute, with its paired interval where the two had the same objects."""
     pace = interval(data, level, learner, reference)
     if pace is None:
-        return f"{learner['sorted_per_min'] - reference['sorted_per_min']:+.1f}"
-    text = f"{pace.value:+.1f}, 95 % interval {pace.low:+.1f} to {pace.high:+.1f}"
+        return f"{learner['sorted_per_min'] - reference['sorted_per_min']:+z.1f}"
+    text = f"{pace.value:+z.1f}, 95 % interval {pace.low:+.1f} to {pace.high:+.1f}"
     return text if pace.excludes_zero else f"{text}, not distinguishable"
 
 
@@ -60,8 +60,6 @@ METHODS_AT: Final = ("waste", 40)
 """Level and percentage of the limits at which methods are compared in a sentence."""
 SAFETY: Final = 1.5
 """Grip margin whose price is told."""
-NEARLY_ALL: Final = 0.9
-"""Share of the gain of the best learner at which a learner has learned nearly all."""
 LOSSES: Final = {
     "share_unpicked": "failed picks",
     "share_missed": "throws beside the opening",
@@ -73,21 +71,19 @@ LOSSES: Final = {
 
 
 def learning(results: Results) -> Values:
-    """The best learner, the first that adds anything to the planner, and the first that adds nearly as much."""
+    """The best learner, the first that adds anything to the planner, and the planner that was fitted to a log."""
     data = _read(results, "benchmark")
     level, rows = first_level(data)
     planner = _row(rows, "analytic")
     fitted = [row for row in rows if row["label"] == FITTED]
     learned = sorted((row for row in _rows(rows) if row not in fitted), key=lambda row: (row["throws"], -_pace(row)))
     winner = max(learned, key=_pace)
-    enough = _pace(planner) + NEARLY_ALL * (_pace(winner) - _pace(planner))
     ahead = ((row, interval(data, level, row, planner)) for row in learned)
     return {
         "level": level,
         "planner": planner,
         "oracle": _row(rows, "oracle"),
         "winner": winner,
-        "soonest": next(row for row in learned if _pace(row) >= enough),
         "first": next((row for row, gain in ahead if gain is not None and gain.low > 0.0), None),
         "fitted": next((row for row in fitted if row["throws"] == LOGGED), None),
         "gain": lambda one, other: difference(data, one["level"], one, other),

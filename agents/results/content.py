@@ -264,7 +264,7 @@ def check(path: Path) -> None:
 
 
 def write(path: Path, head: Mapping[str, Any], results: Sequence[Result], policies: Mapping[str, bytes]) -> None:
-    """Write a result: the files of its folder, then its head.
+    """Write a result: the files of its folder, then its head. Policies that only the result before named are removed.
 
     Args:
         path: path of the head.
@@ -277,6 +277,8 @@ def write(path: Path, head: Mapping[str, Any], results: Sequence[Result], polici
     """
     rows, decimals, tables = without_columns(results)
     files = {ROWS: archive_of(tables), **policies}
+    for name in _named_policies(path) - {row.get(POLICY) for row in results}:
+        (folder_of(path) / name).unlink(missing_ok=True)
     for name, content in files.items():
         deliver(folder_of(path) / name, lambda place, content=content: place.write_bytes(content))
     # A head as JSON, with a line for each key and for each row.
@@ -289,6 +291,15 @@ def write(path: Path, head: Mapping[str, Any], results: Sequence[Result], polici
         text = f"[\n  {lines}\n ]" if lines else json_text(value, indent=None).rstrip()
         parts.append(f" {json.dumps(key)}: {text}")
     deliver_text(path, ("{\n" + ",\n".join(parts) + "\n}\n"))
+
+
+def _named_policies(path: Path) -> set[str]:
+    """Names of the policies that the result at a path names; none where no readable result lies there."""
+    try:
+        names = {str(row[POLICY]) for row in read_json(path)["results"] if POLICY in row}
+    except (UsageError, LookupError, TypeError):
+        return set()
+    return {name for name in names if Path(name).name == name}
 
 
 def without_columns(results: Sequence[Result]) -> tuple[list[Result], dict[str, int], dict[str, NDArray[Any]]]:

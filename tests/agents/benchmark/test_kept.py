@@ -10,6 +10,7 @@ import yaml
 
 from agents.ground import work
 from agents.ground.work import Completion, Job
+from agents.results import content
 from agents.results.content import read_form
 from pnt_gym.constants import WORLD
 from tests.tools.benchmark import forge, toy_plan, write
@@ -39,6 +40,15 @@ def benchmark(plan: dict[str, Any], *options: str) -> dict[str, Any]:
 
 def columns(data: dict[str, Any]) -> dict[str, Any]:
     return {row["label"]: row["columns"] for row in data["results"]}
+
+
+def test_policies_that_no_row_names_any_more_go(tmp_path: Path) -> None:
+    place, other = tmp_path / "out.json", tmp_path / "out" / "own.npz"
+    row = {"label": "mlp", "columns": {}, "policy": "mlp-0.npz"}
+    content.write(place, {}, [row, {**row, "policy": "mlp-1.npz"}], {"mlp-0.npz": b"a", "mlp-1.npz": b"b"})
+    other.write_bytes(b"c")
+    content.write(place, {}, [{**row, "policy": "mlp-1.npz"}], {})
+    assert sorted(path.name for path in other.parent.iterdir()) == ["mlp-1.npz", "own.npz", "rows.npz"]
 
 
 @pytest.fixture
