@@ -47,15 +47,16 @@ def figures(answer: Answer) -> Iterator[Figure]:
     yield _figure("recovery", row, "recovery", 100.0, 1, " %")
     yield _figure("purity", row, "purity", 100.0, 1, " %")
     yield _figure("sorted a minute", row, "sorted_per_min", 1.0, 1, "")
-    money = row["money_per_hour"]
-    yield Figure("money an hour", "no prices" if money is None else f"{money:.2f}", "")
-    energy = row["energy_per_sorted_j"]
-    yield Figure("energy a sorted object", "unknown" if energy is None else f"{energy:.1f} J", "")
+    yield _figure("money an hour", row, "money_per_hour", 1.0, 2, "", "no prices")
+    yield _figure("energy a sorted object", row, "energy_per_sorted_j", 1.0, 1, " J", "unknown")
 
 
-def _figure(name: str, row: dict[str, Any], key: str, scale: float, digits: int, unit: str) -> Figure:
+def _figure(
+    name: str, row: dict[str, Any], key: str, scale: float, digits: int, unit: str, without: str = "nothing is sorted"
+) -> Figure:
+    """A figure of a row by its key; `without` says why there is none."""
     if row[key] is None:
-        return Figure(name, "none", "nothing is sorted")
+        return Figure(name, "none", without)
     value, low, high = (scale * row[part] for part in (key, f"{key}_low", f"{key}_high"))
     return Figure(name, f"{value:.{digits}f}{unit}", f"{low:.{digits}f}..{high:.{digits}f}")
 

@@ -220,14 +220,24 @@ def summary(shifts: Shifts, config: LineConfig) -> dict[str, Any]:
 
 
 def energy(shifts: Shifts, counted: Counted | None) -> dict[str, float | None]:
-    """Energy of a pick and of a sorted object [J]; None where nobody has counted any."""
+    """Energy of a pick, and of a sorted object with its interval over shifts [J]; None where nobody has counted any."""
+    names = "energy_per_pick_j", *(f"energy_per_sorted_j{end}" for end in ("", "_low", "_high"))
     energy = decision_energy(shifts, counted)
     if energy is None or not np.isfinite(energy).any():
-        return {"energy_per_pick_j": None, "energy_per_sorted_j": None}
-    sorted_count = float(shifts.decisions["sorted"].sum())
-    total = float(np.nansum(energy))
-    per_sorted = total / sorted_count if sorted_count else None
-    return {"energy_per_pick_j": float(np.nanmean(energy)), "energy_per_sorted_j": per_sorted}
+        return dict.fromkeys(names)
+    sorted_ = shifts.figures["shift_sorted_by_item"].sum(axis=1)
+    per_pick = float(np.nanmean(energy))
+    if not sorted_.any():
+        return {**dict.fromkeys(names), names[0]: per_pick}
+    per_sorted = metrics.rate(shift_energy(shifts, energy), sorted_, 1.0)
+    return dict(zip(names, (per_pick, per_sorted.value, per_sorted.low, per_sorted.high), strict=True))
+
+
+def shift_energy(shifts: Shifts, energy: Floats) -> Floats:
+    """Energy of each shift (S,) [J], of that of each decision (T,); NaN counts as none."""
+    sums: Floats = np.zeros(len(shifts.value))
+    np.add.at(sums, shifts.decisions["shift"], np.nan_to_num(energy))
+    return sums
 
 
 def decision_energy(shifts: Shifts, counted: Counted | None) -> Floats | None:

@@ -26,7 +26,7 @@ from ..ground.environments import make_vector, stream_seed
 from ..ground.metrics import Interval
 from ..ground.tables import throws_bar
 from ..judging import losses
-from ..judging.losses import FATES, Counted, Fates, decision_energy
+from ..judging.losses import FATES, Counted, Fates
 from ..judging.shifts import Shifts, run_shifts
 from .flown import fly
 from .thrown import with_table
@@ -238,7 +238,7 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
         "fates_by_item": {item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item},
         "arrived": fates.arrived.tolist(),
         **losses.energy(shifts, counted),
-        "money_per_hour": money_per_hour(shifts, line, counted),
+        **_money(shifts, line, counted, spread / max(recovery.value, 1e-9)),
     }
     return Planned(line, counted, {**numbers, **figures}, shares)
 
@@ -325,16 +325,32 @@ def table_spread(shifts: Shifts, fates: Fates, counted: Counted) -> float:
     return float(1.96 * np.sqrt(variance.sum()))
 
 
-def money_per_hour(shifts: Shifts, config: LineConfig, counted: Counted | None) -> float | None:
-    """Money that a plan earns an hour: proceeds less the robots' hours and energy; None without costs or energy."""
+def _money(shifts: Shifts, line: LineConfig, counted: Counted | None, spread: float) -> dict[str, float | None]:
+    """Money an hour with its interval, which holds a relative spread of what is sorted; None as `money_per_hour`."""
+    names, money = [f"money_per_hour{end}" for end in ("", "_low", "_high")], money_per_hour(shifts, line, counted)
+    if money is None:
+        return dict.fromkeys(names)
+    interval = widen(metrics.interval(money), spread * float(_proceeds(shifts, line).mean()))
+    return dict(zip(names, (interval.value, interval.low, interval.high), strict=True))
+
+
+def money_per_hour(shifts: Shifts, config: LineConfig, counted: Counted | None) -> Floats | None:
+    """Money an hour that a plan earns in each shift (S,): proceeds less the robots' hours and energy.
+
+    None without costs, or without the energy that costs.
+    """
     cost, hours = config.cost, config.duration / 3600.0
     if not cost.applies:
         return None
-    energy = decision_energy(shifts, counted)
+    energy = losses.decision_energy(shifts, counted)
     if energy is None and cost.joule > 0.0:
         return None
+    joules = 0.0 if energy is None else losses.shift_energy(shifts, energy) / hours
+    return _proceeds(shifts, config) - cost.robot_hour * len(config.robots) - cost.joule * joules
+
+
+def _proceeds(shifts: Shifts, config: LineConfig) -> Floats:
+    """Money an hour for what is sorted in each shift (S,)."""
     tonnes = [item.mass / 1000.0 for item in config.cell.item_list()]
-    prices = [cost.per_tonne.get(name, 0.0) for name in config.cell.items]
-    proceeds = float(shifts.figures["shift_sorted_by_item"].mean(axis=0) @ np.multiply(tonnes, prices)) / hours
-    joules = 0.0 if energy is None else float(np.nansum(energy)) / len(shifts.value) / hours
-    return proceeds - cost.robot_hour * len(config.robots) - cost.joule * joules
+    prices = [config.cost.per_tonne.get(name, 0.0) for name in config.cell.items]
+    return shifts.figures["shift_sorted_by_item"] @ np.multiply(tonnes, prices) / (config.duration / 3600.0)

@@ -195,11 +195,27 @@ def reality(results: Results) -> Values:
 
 
 def cells(results: Results) -> Values:
-    """The paces of the shipped policy, and of a learner in each cell, over the values of assumed numbers."""
+    """The paces of the shipped policy and of a learner over the values of assumed numbers, and what adapting wins."""
     paces = controller_paces(_read(results, "assumed", STUDY)["rows"])
     shipped, learned = (_case(paces, name) for name in ("waste-sac", "MLP"))
     worst = min(shipped, key=lambda number: shipped[number])
-    return {"shipped": shipped, "learned": learned, "worst": worst, "usual": _case(shipped, "as assumed")}
+    drawn = _read(results, "cells", STUDY)["rows"]
+    return {
+        "shipped": shipped,
+        "learned": learned,
+        "worst": worst,
+        "usual": _case(shipped, "as assumed"),
+        "won": {part: _won_by_adapting(drawn, part) for part in ("cells", "cells_far")},
+    }
+
+
+def _won_by_adapting(rows: Sequence[Data], part: str) -> Data:
+    """Share of what practice in each cell wins that the filter wins from the 11th throw on, with its interval."""
+    found = [row for row in rows if (row["part"], row["controller"], row["window"]) == (part, "posterior", 10)]
+    if not found:
+        raise NoFigure(f"no row of the filter in {part}")
+    cells, least, most = (np.concatenate([row[name] for row in found]) for name in ("cells", "least", "most"))
+    return vars(metrics.share_won(cells[:, :2], least, most))
 
 
 def controller_paces(rows: Sequence[Data]) -> dict[str, dict[str, float]]:

@@ -110,7 +110,7 @@ def _worth(runs: list[Shifts], config: LineConfig, planned: Shifts) -> Figures:
         "gained": vars(metrics.difference(shares, planned.figures["shift_recovery"])),
         "sorted_per_min": vars(metrics.interval(paces)),
         "energy_per_sorted_j": None if None in energy else float(np.mean(np.array(energy, dtype=np.float64))),
-        "money_per_hour": None if None in money else float(np.mean(np.array(money, dtype=np.float64))),
+        "money_per_hour": float(np.mean(np.array(money))) if all(each is not None for each in money) else None,
     }
 
 

@@ -240,11 +240,12 @@ def test_money_is_proceeds_less_hours_and_energy():
     costs = {"robot_hour": 12.0, "joule": 1e-5, "per_tonne": {"alu": 1000.0, "hdpe": 300.0}}
     config = LineConfig.load({**plant(), "cost": costs, "duration": 120.0})
     figures = {"shift_sorted_by_item": np.array([[20, 9, 30], [30, 9, 20]])}
-    decisions = {"energy": np.array([3000.0, np.nan, 5000.0])}
+    decisions = {"energy": np.array([3000.0, np.nan, 5000.0]), "shift": np.array([0, 0, 1])}
     shifts = Shifts({**figures, "shift_value_per_min": np.zeros(2)}, decisions, 0, 3, 0.0)
-    # 25 hdpe of 60 g and 25 alu of 8 g in 1/30 h; three robots; 4000 J a shift.
-    money = 30.0 * (25 * 60e-6 * 300.0 + 25 * 8e-6 * 1000.0) - 3 * 12.0 - 1e-5 * 30.0 * 4000.0
-    assert money_per_hour(shifts, config, None) == pytest.approx(money)
+    # hdpe of 60 g and alu of 8 g in 1/30 h; three robots.
+    first = 30.0 * (20 * 60e-6 * 300.0 + 30 * 8e-6 * 1000.0) - 3 * 12.0 - 1e-5 * 30.0 * 3000.0
+    second = 30.0 * (30 * 60e-6 * 300.0 + 20 * 8e-6 * 1000.0) - 3 * 12.0 - 1e-5 * 30.0 * 5000.0
+    assert money_per_hour(shifts, config, None) == pytest.approx([first, second])
     assert money_per_hour(shifts, LineConfig.load(plant()), None) is None
     with pytest.raises(ConfigError, match=r"cost\.per_tonne: unknown item 'tin'"):
         LineConfig.load({**plant(), "cost": {"per_tonne": {"tin": 1.0}}})
