@@ -282,7 +282,7 @@ class LineConfig(LevelConfig):
         """Everything on which the throws of each robot depend, as text (R,)."""
         kinds: list[str] = []
         for cell in self.cells():
-            absent = {"bias": not cell.bias.applies, "robot": cell.robot.has_model}
+            absent = {"bias": not cell.bias.applies, "robot": cell.robot == T3KR}
             unconcerned = {*_UNCONCERNED, *(name for name, is_absent in absent.items() if is_absent)}
             kinds.append(json.dumps(cell.model_dump(mode="json", exclude=unconcerned), sort_keys=True))
         return kinds
