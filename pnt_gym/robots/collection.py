@@ -45,7 +45,7 @@ NOTES: Final = """# {title}
 {about}
 
 * `{name}.xml` is the robot, `scene.xml` the robot over a floor. All shapes are primitives, so there are no meshes.
-* Start from the key `home`. Where a robot has loops, the key closes them, and other joint positions must close them, too.
+* Start from the key `home`. It closes the loops of a robot that has some; other joint positions must close them, too.
 * Each of the {motors} motors has three consecutive controls: angle [rad], velocity [rad/s] and torque on top [N m].
 * MuJoCo {engine} or newer; written by pnt_gym {version}.
 """
@@ -123,7 +123,7 @@ def _ur10e() -> Model:
     ur10e.add_ur10e(spec)
     _add_home(spec, np.array(ur10e.HOME), np.array(ur10e.HOME))
     about = (
-        "A six-axis arm of the class of the Universal Robots UR10e: lengths, masses, centres of mass, speeds, ranges and "
+        "A six-axis arm of the class of the Universal Robots UR10e: lengths, masses, centres of mass, ranges and "
         "torques as the maker publishes them. Inertias and gains are assumed."
     )
     data = spec.compile()

@@ -8,16 +8,18 @@ torque is linear. A row does not depend on the other rows.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Protocol, Self, final
+from typing import Final, Protocol, Self, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, Ints, Point
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.engine import MjModel, mujoco
 from pnt_gym.errors import PntGymError
 from pnt_gym.robots import knot_kernel
 
+Place: TypeAlias = tuple[float, float, float]
+"""A point, x, y and z [m]."""
 CONTROLS: Final = 3
 """Position, velocity and feed-forward torque of a motor, in this order."""
 
@@ -89,7 +91,7 @@ class RobotModel(Protocol):
         ...
 
     @property
-    def mount(self) -> Point:
+    def mount(self) -> Place:
         """Place at which the robot is mounted [m]."""
         ...
 

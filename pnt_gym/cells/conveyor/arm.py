@@ -15,7 +15,7 @@ from pnt_gym.robots.arm.bounds import Loads
 from pnt_gym.robots.arm.chain import chain_of
 from pnt_gym.robots.arm.model import SerialArm
 from pnt_gym.robots.arm.poses import poses_in
-from pnt_gym.robots.arm.reading import ModelFile, read_model
+from pnt_gym.robots.arm.reading import read_model
 from pnt_gym.robots.arm.settings import ArmSettings
 
 RADII: Final = 9
@@ -32,9 +32,7 @@ def arm_of(sheet: RobotSheet) -> SerialArm:
     Raises:
         ConfigError: the file cannot be read, or is no arm that works there.
     """
-    assert sheet.model is not None
-    file = read_model(sheet.model.file)
-    return _arm(_Known(file), sheet)
+    return _arm(_Case(sheet))
 
 
 def arm_problems(sheet: RobotSheet) -> Iterator[str]:
@@ -48,33 +46,33 @@ def arm_problems(sheet: RobotSheet) -> Iterator[str]:
         )
         return
     try:
-        yield from _limit_problems(_Known(read_model(sheet.model.file)), sheet)
+        yield from _limit_problems(_Case(sheet))
     except ConfigError as error:
         yield f"robot {sheet.name!r}: {error}"
 
 
-class _Known:
-    """A model file that equals others of the same content."""
+class _Case:
+    """A sheet and the content of its model file; equal ones share what is computed from them."""
 
-    def __init__(self, file: ModelFile) -> None:
-        self.file, self._key = file, tuple(sorted(file.parts.items()))
+    def __init__(self, sheet: RobotSheet) -> None:
+        assert sheet.model is not None
+        self.sheet, self.section, self.file = sheet, sheet.model, read_model(sheet.model.file)
+        self._key = tuple(sorted(self.file.parts.items()))
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Known) and self._key == other._key
+        return isinstance(other, _Case) and (self._key, self.sheet) == (other._key, other.sheet)
 
     def __hash__(self) -> int:
         return hash(self._key)
 
 
 @lru_cache(maxsize=8)
-def _arm(known: _Known, sheet: RobotSheet) -> SerialArm:
-    section, space = sheet.model, sheet.workspace
-    assert section is not None
-    settings = ArmSettings(**section.model_dump(exclude={"file"}))
+def _arm(case: _Case) -> SerialArm:
+    space, settings = case.sheet.workspace, ArmSettings(**case.section.model_dump(exclude={"file"}))
     middle = np.array([space.x, space.y, (space.z_min + space.z_max) / 2.0])
     half = np.array([space.semi_x, space.semi_y, (space.z_max - space.z_min) / 2.0])
-    chain = chain_of(known.file, settings)
-    return SerialArm.of(poses_in(chain, middle - half, middle + half, middle), section.base)
+    chain = chain_of(case.file, settings)
+    return SerialArm.of(poses_in(chain, middle - half, middle + half, middle), case.section.base)
 
 
 def places_of(sheet: RobotSheet) -> Floats:
@@ -88,9 +86,10 @@ def places_of(sheet: RobotSheet) -> Floats:
 
 
 @lru_cache(maxsize=8)
-def _limit_problems(known: _Known, sheet: RobotSheet) -> tuple[str, ...]:
+def _limit_problems(case: _Case) -> tuple[str, ...]:
     """Which of a sheet's limits the joints of its arm do not keep."""
-    arm, places = _arm(known, sheet), places_of(sheet)
+    sheet = case.sheet
+    arm, places = _arm(case), places_of(sheet)
     names, limits = arm.branch.chain.names, arm.limits
     if (lost := np.isnan(arm.pose(places)).any(axis=1)).any():
         return (
@@ -101,8 +100,8 @@ def _limit_problems(known: _Known, sheet: RobotSheet) -> tuple[str, ...]:
     nearest = loads.range(limits)
     if nearest.value < 0.0:
         problems.append(
-            f"robot {sheet.name!r}: joint {names[nearest.joint]!r} would be {-nearest.value:.2f} rad or m beyond its range with "
-            f"the hand at ({_point(nearest.place)}) m; narrow robot.reach, or give another robot.model.home"
+            f"robot {sheet.name!r}: joint {names[nearest.joint]!r} would be {-nearest.value:.2f} rad or m beyond its "
+            f"range with the hand at ({_point(nearest.place)}) m; narrow robot.reach, or give another robot.model.home"
         )
     fastest = loads.speed(limits)
     if fastest.value < sheet.velocity:

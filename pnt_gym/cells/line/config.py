@@ -15,7 +15,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate_files
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.robot import RobotSheet
+from pnt_gym.cells.conveyor.robot import T3KR, RobotSheet
 from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, TableEntries, Value
 from pnt_gym.constants import WORLD
 from pnt_gym.errors import ConfigError, one_sentence

@@ -1,8 +1,9 @@
 """How fast a hand may move so that no joint exceeds its limits, wherever in its reach and whichever way it moves.
 
-With G the joints' velocities per velocity of the hand, joint k turns at most |G_k| V. Its torque is a sum of gravity, of
-L_k a with the hand's acceleration, and of a quadratic form of its velocity. The sum of their largest values is a bound
-of what any motion within V and A can take, at one place; the places are a close mesh of the reach with its border.
+With G the joints' velocities per velocity of the hand, joint k turns at most |G_k| V. Its torque is a sum of gravity,
+of damping, of L_k a with the hand's acceleration, and of a quadratic form of its velocity. The sum of their largest
+values is a bound of what any motion within V and A can take, at one place; the places are a close mesh of the reach with
+its border.
 """
 
 from __future__ import annotations
@@ -65,7 +66,9 @@ class Loads:
         single = [moved(axis) for axis in axes]
         pull = np.stack([motion(places, zero, zero + axis).torque - rest.torque for axis in axes], axis=-1)
         rates = np.stack([part.velocity for part in single], axis=-1)
-        friction = np.stack([(part.torque - moved(-axis).torque) / 2.0 for part, axis in zip(single, axes, strict=True)])
+        friction = np.stack(
+            [(part.torque - moved(-axis).torque) / 2.0 for part, axis in zip(single, axes, strict=True)]
+        )
         form = np.zeros((*rest.torque.shape, 3, 3))
         for i, part in enumerate(single):
             form[..., i, i] = part.torque - rest.torque - friction[i]
@@ -73,8 +76,8 @@ class Loads:
             both = moved(axes[i] + axes[j]).torque - rest.torque - friction[i] - friction[j]
             form[..., i, j] = form[..., j, i] = (both - form[..., i, i] - form[..., j, j]) / 2.0
         swing = np.abs(np.linalg.eigvalsh(form)).max(axis=-1)
-        largest = [np.linalg.norm(values, axis=-1) for values in (rates, np.moveaxis(friction, 0, -1), pull)]
-        return cls(places, rest.position, largest[0], np.abs(rest.torque), *largest[1:], swing)
+        turn, drag, draw = (np.linalg.norm(values, axis=-1) for values in (rates, np.moveaxis(friction, 0, -1), pull))
+        return cls(places, rest.position, turn, np.abs(rest.torque), drag, draw, swing)
 
     def speed(self, limits: JointLimits) -> Bound:
         """The hand's largest speed by the speeds of the joints."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final, final
+from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, Point
+from pnt_gym.arrays import Floats, Point
 from pnt_gym.engine import MjData, MjModel, mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import list_names, unknown_name
@@ -198,5 +198,3 @@ def _home(joints: Sequence[int], settings: ArmSettings) -> Floats:
     if settings.home is None:
         return np.zeros(len(joints))
     return np.array(fitting("home", settings.home, len(joints)))
-
-

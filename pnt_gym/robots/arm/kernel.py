@@ -1,7 +1,7 @@
 """Kinematics and dynamics of a serial arm, pose by pose. Compiled; see `pnt_gym.compiled`.
 
-**Pose.** The hand is level and unturned. Newton's method starts from the known pose of the nearest point of a grid, so a
-pose depends on the hand's place alone and stays on the branch of the grid. Each step solves the normal equations
+**Pose.** The hand is level and unturned. Newton's method starts from the known pose of the nearest point of a grid, so
+a pose depends on the hand's place alone and stays on the branch of the grid. Each step solves the normal equations
 (J^T J + d) dq = J^T e, with e the errors of the place and of the attitude.
 
 **Rates.** J q' = (v, 0), and J q'' = (a, 0) - J' q', where J' q' is the hand's acceleration at q'' = 0.
@@ -74,9 +74,7 @@ def places(links: Rows1[Link], tool: Rows1[Tool], q: Floats2) -> Floats2:
 
 
 @kernel
-def motion(
-    links: Rows1[Link], tool: Rows1[Tool], grid: Rows1[SeedGrid], seeds: Floats2, hand: Floats2
-) -> Floats3:
+def motion(links: Rows1[Link], tool: Rows1[Tool], grid: Rows1[SeedGrid], seeds: Floats2, hand: Floats2) -> Floats3:
     """Positions, velocities, accelerations and torques of the joints (4, n, M) for motions of the hand (M, 9).
 
     A motion is place, velocity and acceleration [m, m/s, m/s2].

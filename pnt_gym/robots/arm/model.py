@@ -9,13 +9,13 @@ from typing import Final, Self, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, Point
-from pnt_gym.engine import MjsBody, MjSpec, mujoco
+from pnt_gym.arrays import Floats
+from pnt_gym.engine import MjData, MjModel, MjsBody, MjSpec, mujoco
 from pnt_gym.robots.arm.chain import Chain, add_mass
 from pnt_gym.robots.arm.poses import Poses
 from pnt_gym.robots.arm.shapes import draw
 from pnt_gym.robots.brush import STEEL, Brush
-from pnt_gym.robots.joints import JointLimits, JointMotion
+from pnt_gym.robots.joints import JointLimits, JointMotion, Place
 from pnt_gym.robots.specification import add_motor, add_site
 
 STIFFNESS: Final = 120.0
@@ -30,7 +30,7 @@ class SerialArm:
     """Kinematics and dynamics of an arm, and the names of the elements that `add_serial_arm` added."""
 
     branch: Poses
-    mount: Point
+    mount: Place
     """Place of the arm's base [m]."""
     joints: tuple[str, ...]
     """Joints from the base to the hand; each has a motor."""
@@ -42,7 +42,7 @@ class SerialArm:
     """Site at the tip of the cup."""
 
     @classmethod
-    def of(cls, poses: Poses, mount: Point) -> Self:
+    def of(cls, poses: Poses, mount: Place) -> Self:
         """The arm with the names that `add_serial_arm` gives."""
         count = range(len(poses.chain.links))
         return cls(poses, mount, tuple(f"joint_{k}" for k in count), tuple(f"motor_{k}" for k in count))
@@ -143,7 +143,7 @@ def _gains(arm: SerialArm) -> Sequence[tuple[float, float]]:
     return [(float(value * STIFFNESS**2), float(2.0 * value * STIFFNESS)) for value in own]
 
 
-def _alone(arm: SerialArm) -> tuple[object, object]:
+def _alone(arm: SerialArm) -> tuple[MjModel, MjData]:
     """The arm alone, without motors."""
     spec = mujoco.MjSpec()
     _add_links(spec, arm.branch.chain, arm)

@@ -15,9 +15,7 @@ from pnt_gym.robots.arm.settings import ArmSettings, fitting
 from pnt_gym.robots.joints import JointLimits
 
 
-def joint_limits(
-    file: ModelFile, joints: Sequence[int], names: Sequence[str], settings: ArmSettings
-) -> JointLimits:
+def joint_limits(file: ModelFile, joints: Sequence[int], names: Sequence[str], settings: ArmSettings) -> JointLimits:
     """Ranges, speeds and torques of the joints.
 
     Raises:
@@ -63,8 +61,8 @@ def _torque(model: MjModel, joint: int) -> float:
             largest = min(largest, gear * float(np.abs(model.actuator_forcerange[motor]).min()))
         elif _is_plain(model, motor):
             gain = abs(float(model.actuator_gainprm[motor, 0]))
-            control = int(model.actuator_ctrladr[motor])
-            largest = min(largest, gear * gain * float(np.abs(model.actuator_ctrlrange[control]).min()))
+            controls = model.actuator_ctrlrange[int(model.actuator_ctrladr[motor])]
+            largest = min(largest, gear * gain * float(np.abs(controls).min()))
     return largest if driven or largest < np.inf else 0.0
 
 

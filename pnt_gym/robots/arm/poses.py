@@ -7,7 +7,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.errors import ConfigError
 from pnt_gym.robots.arm import kernel
 from pnt_gym.robots.arm.chain import Chain
@@ -83,9 +83,10 @@ def _unturned(chain: Chain) -> Rows[Tool]:
     axes = place[3:].reshape(3, 3)
     down = -axes[2, 2]
     if down < UPRIGHT:
+        angle = np.degrees(np.arccos(np.clip(down, -1.0, 1.0)))
         raise ConfigError(
-            f"at robot.model.home the tool's z axis points {np.degrees(np.arccos(np.clip(down, -1.0, 1.0))):.0f} degrees "
-            "from straight down; give a home at which the cup hangs"
+            f"at robot.model.home the tool's z axis points {angle:.0f} degrees from straight down; it may be "
+            f"{np.degrees(np.arccos(UPRIGHT)):.0f}: give a home at which the cup hangs"
         )
     up = -axes[:, 2]
     ahead = np.array([1.0, 0.0, 0.0]) - up[0] * up
@@ -96,36 +97,39 @@ def _unturned(chain: Chain) -> Rows[Tool]:
     return tool
 
 
-def _improved(chain: Chain, tool: Rows[Tool], hand: Floats, pose: Floats, steps: int) -> tuple[Floats, Floats]:
+def _improved(chain: Chain, tool: Rows[Tool], hand: Floats, pose: Floats, steps: int) -> tuple[Floats, Bools]:
     """Poses (M, n) at places (M, 3) from near ones, and which were found (M,)."""
     found = kernel.improve(chain.links, tool, np.ascontiguousarray(hand), steps, pose)
     return pose, found > 0.0
 
 
 def _continued(chain: Chain, tool: Rows[Tool], grid: Rows[SeedGrid], start: tuple[Floats, Floats]) -> Floats:
-    """Poses of the grid's points (K, n), each continued from its nearest neighbour that has one."""
+    """Poses of the grid's points (K, n), each continued from a neighbour, outward from a place with a known pose."""
     shape = tuple(int(grid[f"count_{axis}"][0]) for axis in "xyz")
-    index = np.stack(np.unravel_index(np.arange(np.prod(shape)), shape), axis=-1)
+    index = np.stack(np.unravel_index(np.arange(int(np.prod(shape))), shape), axis=-1)
     points = grid["low"][0] + index * grid["step"][0]
-    poses = np.full((len(points), len(chain.links)), np.nan)
+    poses, tried = np.full((len(points), len(chain.links)), np.nan), np.zeros(len(points), dtype=np.bool_)
     place, pose = start
-    order = [int(np.argmin(((points - place) ** 2).sum(axis=-1)))]
-    fresh, seeds = np.array(order), pose[None]
-    tried = np.zeros(len(points), dtype=np.bool_)
-    strides = np.array([shape[1] * shape[2], shape[2], 1])
+    fresh, seeds = np.array([int(np.argmin(((points - place) ** 2).sum(axis=-1)))], dtype=np.int64), pose[None]
     while len(fresh):
         tried[fresh] = True
         pose, found = _improved(chain, tool, points[fresh], seeds.copy(), GRID_STEPS)
         reached = fresh[found]
         poses[reached] = pose[found]
-        ahead = dict[int, int]()
-        for axis in range(3):
-            for side in (-1, 1):
-                inside = (0 <= index[reached, axis] + side) & (index[reached, axis] + side < shape[axis])
-                for source in reached[inside].tolist():
-                    target = source + side * int(strides[axis])
-                    if not tried[target]:
-                        ahead.setdefault(target, source)
-        fresh = np.array(sorted(ahead), dtype=np.int64)
-        seeds = poses[[ahead[target] for target in fresh.tolist()]]
+        target, source = _neighbours(reached, index, shape)
+        fresh, first = np.unique(target[~tried[target]], return_index=True)
+        seeds = poses[source[~tried[target]][first]]
     return poses
+
+
+def _neighbours(points: Ints, index: Ints, shape: tuple[int, ...]) -> tuple[Ints, Ints]:
+    """Numbers of the neighbours of grid points on all sides, and of the points whose neighbours they are."""
+    targets, sources = list[Ints](), list[Ints]()
+    for axis in range(3):
+        stride = int(np.prod(shape[axis + 1 :]))
+        for side in (-1, 1):
+            beside = index[points, axis] + side
+            inside = points[(beside >= 0) & (beside < shape[axis])]
+            targets.append(inside + side * stride)
+            sources.append(inside)
+    return np.concatenate(targets), np.concatenate(sources)

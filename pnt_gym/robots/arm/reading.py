@@ -26,31 +26,24 @@ MOST_MESHES: Final = 200
 """Meshes of a model."""
 MESH_FORMS: Final = (".stl", ".obj", ".msh")
 """Forms of meshes that the engine reads."""
-PARTS: Final = frozenset(
-    """
-    mujoco compiler option flag size statistic default
-    asset mesh material texture worldbody body frame geom joint site inertial camera light
-    actuator motor position velocity intvelocity damper general sensor keyframe key contact exclude pair visual
-    headlight global quality map scale rgba
-    robot link origin mass inertia collision geometry box cylinder sphere color parent child axis limit dynamics
-    """.split()
-)
-"""Elements of a model that are let through; those of both languages, as each refuses the other's itself."""
-LEFT_OUT: Final = frozenset(
-    """
-    camera light sensor keyframe visual option size statistic contact material texture color
-    transmission gazebo safety_controller calibration
-    """.split()
-)
+PARTS: Final = frozenset((
+    "mujoco", "compiler", "default", "asset", "mesh", "worldbody", "body", "frame", "geom", "joint", "site", "inertial",
+    "actuator", "motor", "position", "velocity", "intvelocity", "damper", "general",
+    "robot", "link", "origin", "mass", "inertia", "collision", "geometry", "box", "cylinder", "sphere", "parent",
+    "child", "axis", "limit", "dynamics",
+))  # fmt: skip
+"""Elements of an MJCF and of a URDF that are let through; each language refuses the other's itself."""
+LEFT_OUT: Final = frozenset((
+    "camera", "light", "sensor", "keyframe", "visual", "option", "size", "statistic", "contact", "material", "texture",
+    "transmission", "gazebo", "safety_controller", "calibration",
+))  # fmt: skip
 """Elements that say nothing of an arm's motion; they are left out with all that is in them."""
 FOLDERS: Final = ("meshdir", "texturedir", "assetdir", "strippath")
 """Attributes of `compiler` that say where files are."""
-COMPILER: Final = frozenset(
-    """
-    angle autolimits balanceinertia boundmass boundinertia coordinate discardvisual eulerseq fitaabb
-    inertiafromgeom inertiagrouprange settotalmass alignfree saveinertial
-    """.split()
-)
+COMPILER: Final = frozenset((
+    "angle", "autolimits", "balanceinertia", "boundmass", "boundinertia", "coordinate", "discardvisual", "eulerseq",
+    "fitaabb", "inertiafromgeom", "inertiagrouprange", "settotalmass", "alignfree", "saveinertial", "fusestatic",
+))  # fmt: skip
 """Attributes of `compiler` that are let through, beside `FOLDERS`."""
 
 
@@ -184,6 +177,6 @@ def _set_compiler(root: ElementTree.Element) -> None:
         holder.insert(0, compiler)
     for name in FOLDERS:
         compiler.attrib.pop(name, None)
-    if strange := sorted(set(compiler.attrib) - COMPILER - {"fusestatic"}):
+    if strange := sorted(set(compiler.attrib) - COMPILER):
         raise ConfigError(f"its <compiler> has {list_names(strange)}, which no arm needs")
     compiler.set("fusestatic", "false")

@@ -42,5 +42,3 @@ def fitting(name: str, values: Sequence[float], count: int) -> Sequence[float]:
     if len(values) != count:
         raise ConfigError(f"robot.model.{name} has {len(values)} values, and the arm has {count} joints")
     return values
-
-

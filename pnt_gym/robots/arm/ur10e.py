@@ -1,8 +1,9 @@
 """A six-axis arm of the class of the Universal Robots UR10e, from numbers that its maker publishes.
 
-Lengths, masses and centres of mass: Universal Robots, "DH parameters for calculations of kinematics and dynamics", e-Series.
-Speeds and ranges of the joints: UR10e user manual. Torques: Universal Robots, "Max. joint torques". **Assumed by us:**
-inertias (cylinders of the links' lengths), the motors' inertia at the joints, radii, and gains.
+Lengths, masses and centres of mass: Universal Robots, "DH parameters for calculations of kinematics and dynamics",
+UR10e. Ranges, speeds and torques of the joints: the maker's description for ROS (`ur10e/joint_limits.yaml`), after the
+user manual 5.8 and "Max. joint torques". **Assumed by us:** the centre of the last link, inertias (cylinders of the
+links' lengths), the motors' inertia at the joints, radii, and gains.
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ def _set_mass(body: MjSpec, axis: Axis, turn: np.ndarray) -> None:
     centre = np.zeros(3)
     mujoco.mju_rotVecQuat(centre, np.asarray(axis.centre, dtype=np.float64), turn)
     body.explicitinertial = True
-    body.mass, body.ipos = axis.mass, centre + [axis.along, 0.0, axis.offset]
+    body.mass, body.ipos = axis.mass, centre + np.array([axis.along, 0.0, axis.offset])
     length = max(abs(axis.along), abs(axis.offset), 2.0 * axis.radius)
     slim, across = axis.mass * axis.radius**2 / 2.0, axis.mass * (3.0 * axis.radius**2 + length**2) / 12.0
     body.inertia = np.array([slim, across, across] if axis.along else [across, across, slim])

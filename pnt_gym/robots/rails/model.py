@@ -12,11 +12,11 @@ from typing import Final, Self, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, Point
+from pnt_gym.arrays import Floats
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import MjSpec
 from pnt_gym.robots.brush import MOTOR, PAINT, STEEL, Brush
-from pnt_gym.robots.joints import JointLimits, JointMotion
+from pnt_gym.robots.joints import JointLimits, JointMotion, Place
 from pnt_gym.robots.specification import add_level_platform, add_motor, add_site, set_inertia
 
 MASS: Final = 5.0
@@ -40,7 +40,7 @@ class RailHandles:
     """Slides along x, y and z; each has a motor."""
     actuators: tuple[str, ...]
     """Motors; each motor takes three consecutive controls: position, velocity, feed-forward force."""
-    mount: Point = (0.0, 0.0, POST)
+    mount: Place = (0.0, 0.0, POST)
     """Upper end of the stand-in, above the workspace [m]."""
     platform: str = "platform"
     """Body whose origin is the hand."""

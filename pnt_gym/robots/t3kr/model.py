@@ -12,10 +12,10 @@ from typing import Literal, Self, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, Ints, Point
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
-from pnt_gym.robots.joints import JointLimits, JointMotion
+from pnt_gym.robots.joints import JointLimits, JointMotion, Place
 from pnt_gym.robots.specification import (
     add_arm,
     add_level_platform,
@@ -78,7 +78,7 @@ class T3krHandles:
         return JointLimits.of_torque(self.geometry.torque_limit, N_ARMS)
 
     @property
-    def mount(self) -> Point:
+    def mount(self) -> Place:
         """Middle of the motors' axes, above the workspace [m]."""
         return 0.0, 0.0, self.geometry.pivot_z
 

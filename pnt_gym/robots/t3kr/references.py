@@ -1,13 +1,12 @@
 """Motor references: controls that make the hand follow a Cartesian motion.
 
-Inverse kinematics and dynamics are evaluated at coarse knots; `pnt_gym.robots.joints` fills what lies between. A row does
-not depend on the other rows.
+Inverse kinematics and dynamics are evaluated at coarse knots; `pnt_gym.robots.joints` fills what lies between. A row
+does not depend on the other rows.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats
 from pnt_gym.robots.joints import JointMotion
 from pnt_gym.robots.t3kr import kernel
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
