@@ -45,7 +45,7 @@ class Watch:
         self.unlike.append(length(moved - wanted) / length(wanted))
         steps = np.arange(0, max(clock.end.tolist()), clock.stride, dtype=np.int64)
         motion = robot.motion(*clock.hand(np.minimum(steps, clock.end[:, None])))
-        self.planned.append(robot.limits.excess(motion).max(axis=-1).T)
+        self.planned.append(robot.limits.shares(motion).max(axis=-1).T)
         speed = np.abs(record["qvel"][..., self.plant._motors]) / robot.limits.speed
         torque = np.abs(record["sensordata"][..., SENSORS["torque"]]) / robot.limits.torque
         self.simulated.append(np.stack([share.max(axis=(1, 2)) for share in (speed, torque)], axis=-1))

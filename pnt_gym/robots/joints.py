@@ -51,7 +51,7 @@ class JointLimits:
         free = np.full(count, np.inf)
         return cls(-free, free, free, np.full(count, torque))
 
-    def excess(self, motion: JointMotion) -> Floats:
+    def shares(self, motion: JointMotion) -> Floats:
         """Largest share of each limit that a motion (M, ...) takes: of the range, the speed and the torque (3, ...).
 
         A share above 1 is beyond the limit. The share of a range is 0 at its middle and 1 at its ends.
@@ -60,11 +60,11 @@ class JointLimits:
         lower, upper, speed, torque = (
             np.reshape(limit, (-1, *extra)) for limit in (self.lower, self.upper, self.speed, self.torque)
         )
-        half = (upper - lower) / 2.0
-        bounded = np.isfinite(half)
-        aside = np.abs(motion.position - np.where(bounded, (lower + upper) / 2.0, 0.0))
-        shares = aside / half, np.abs(motion.velocity) / speed, np.abs(motion.torque) / torque
-        return np.stack([share.max(axis=0) for share in shares])
+        bounded = np.isfinite(lower) & np.isfinite(upper)
+        low, high = np.where(bounded, lower, -1.0), np.where(bounded, upper, 1.0)
+        aside = np.where(bounded, np.abs(2.0 * motion.position - low - high) / (high - low), 0.0)
+        taken = aside, np.abs(motion.velocity) / speed, np.abs(motion.torque) / torque
+        return np.stack([share.max(axis=0) for share in taken])
 
 
 class RobotModel(Protocol):

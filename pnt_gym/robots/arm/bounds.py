@@ -2,8 +2,8 @@
 
 With G the joints' velocities per velocity of the hand, joint k turns at most |G_k| V. Its torque is a sum of gravity,
 of damping, of L_k a with the hand's acceleration, and of a quadratic form of its velocity. The sum of their largest
-values is a bound of what any motion within V and A can take, at one place; the places are a close mesh of the reach with
-its border.
+values is a bound of what any motion within V and A can take at one place; the places are a close mesh of the reach and
+of its border.
 """
 
 from __future__ import annotations

@@ -12,16 +12,19 @@ from pnt_gym.arrays import Floats, Point
 from pnt_gym.engine import MjData, MjModel, mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import list_names, unknown_name
-from pnt_gym.robots.arm.motors import joint_limits
 from pnt_gym.robots.arm.reading import ModelFile
 from pnt_gym.robots.arm.rows import Link, Tool
-from pnt_gym.robots.arm.settings import ArmSettings, fitting
+from pnt_gym.robots.arm.settings import ArmSettings, fitting, joint_limits
 from pnt_gym.robots.arm.shapes import Shape, shapes_of
 from pnt_gym.robots.joints import JointLimits
 from pnt_gym.rows import Rows
 
 MOST_JOINTS: Final = 6
 """Joints of an arm: with more, a place of the hand does not say the pose."""
+
+
+HAND_RADIUS: Final = 0.03
+"""Radius of the cup and its mount as a cylinder [m]."""
 
 
 @final
@@ -64,7 +67,10 @@ def chain_of(file: ModelFile, settings: ArmSettings) -> Chain:
     tip = point + settings.stem * axes[:, 2]
     last = base - links["offset"].sum(axis=0)
     flange, tip = last + frame @ point, last + frame @ tip
-    add_mass(links, len(joints) - 1, (flange + tip) / 2.0, settings.hand)
+    along = frame @ axes[:, 2]
+    add_mass(links, len(joints) - 1, (flange + tip) / 2.0, settings.hand, _rod(settings.hand, settings.stem, along))
+    if float(links["mass"][-1]) == 0.0:
+        raise ConfigError("its last body has no mass; give it one, or give robot.model.hand")
     tool = Tool.zeros(1, offset=tip, turn=(frame @ axes).ravel())
     home = _home(joints, settings)
     shapes = tuple(shapes_of(model, data, owner, links, (base, frame)))
@@ -162,6 +168,12 @@ def _links(
             centre = base + frame @ data.xipos[body] - anchor
             add_mass(links, k, centre, float(model.body_mass[body]), tensor)
     return links
+
+
+def _rod(mass: float, length: float, axis: Floats) -> Floats:
+    """Inertia of a cylinder about its centre (3, 3) [kg m2]."""
+    slim, across = mass * HAND_RADIUS**2 / 2.0, mass * (3.0 * HAND_RADIUS**2 + length**2) / 12.0
+    return across * np.eye(3) + (slim - across) * np.outer(axis, axis)
 
 
 def add_mass(links: Rows[Link], k: int, centre: Floats, mass: float, inertia: Floats | None = None) -> None:

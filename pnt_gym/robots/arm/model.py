@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Self, final
+from typing import Any, Final, Self, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -101,19 +101,28 @@ def add_serial_arm(spec: MjSpec, arm: SerialArm) -> SerialArm:
 
 
 def _add_links(spec: MjSpec, chain: Chain, arm: SerialArm) -> list[MjsBody]:
-    """Add a body for each joint."""
-    bodies, parent = list[MjsBody](), spec.worldbody
-    kinds = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
-    for k, name in enumerate(arm.joints):
+    """Add the bodies that the joints move (n,); joints without a mass between them move one and the same."""
+    bodies, parent, first = list[MjsBody](), spec.worldbody, 0
+    for k in range(len(arm.joints)):
         link = chain.links[k]
-        parent = parent.add_body(name=f"link_{k}", pos=link["offset"])
-        damping = np.array([link["damping"], 0.0, 0.0])
-        parent.add_joint(
-            name=name, type=kinds[int(link["slides"])], axis=link["axis"], armature=link["armature"], damping=damping
-        )
+        if float(link["mass"]) == 0.0:
+            continue
+        before = np.cumsum(chain.links["offset"][first : k + 1], axis=0)
+        parent = parent.add_body(name=f"link_{k}", pos=before[-1])
+        for joint, place in zip(range(first, k + 1), before - before[-1], strict=True):
+            _add_joint(parent, arm.joints[joint], chain.links[joint], place)
+            bodies.append(parent)
         _set_inertia(parent, float(link["mass"]), link["centre"], link["inertia"].reshape(3, 3))
-        bodies.append(parent)
+        first = k + 1
     return bodies
+
+
+def _add_joint(body: MjsBody, name: str, link: Any, place: Floats) -> None:
+    """Add the joint of a link at a place of a body's frame (3,) [m]."""
+    kinds = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
+    damping = np.array([link["damping"], 0.0, 0.0])
+    kind = kinds[int(link["slides"])]
+    body.add_joint(name=name, type=kind, pos=place, axis=link["axis"], armature=link["armature"], damping=damping)
 
 
 def _set_inertia(body: MjsBody, mass: float, centre: Floats, tensor: Floats) -> None:
