@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import lru_cache
+from hashlib import sha256
 from typing import Final
 
 import numpy as np
@@ -49,6 +50,14 @@ def arm_problems(sheet: RobotSheet) -> Iterator[str]:
         yield from _limit_problems(_Case(sheet))
     except ConfigError as error:
         yield f"robot {sheet.name!r}: {error}"
+
+
+def content_of(sheet: RobotSheet) -> str:
+    """Digest of the model file of a sheet and of its meshes; empty where there is no model."""
+    if sheet.model is None:
+        return ""
+    parts = read_model(sheet.model.file).parts
+    return sha256(b"".join(sha256(part).digest() for _, part in sorted(parts.items()))).hexdigest()
 
 
 class _Case:

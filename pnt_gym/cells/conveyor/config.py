@@ -20,7 +20,7 @@ from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 from pnt_gym.cells.conveyor.arm import arm_problems
 from pnt_gym.cells.conveyor.drift import Bias, Cells, Drift, Feedback
-from pnt_gym.cells.conveyor.robot import T3KR, RobotSheet, locate_model
+from pnt_gym.cells.conveyor.robot import T3KR, RobotSheet, locate_robot
 from pnt_gym.cells.conveyor.sections import ActionScale, Classifier, Cup, Grip, Limits, Motion, Pick, Suction, Throwable
 from pnt_gym.names import list_names
 from pnt_gym.planning.motion.riding import fastest_belt
@@ -103,8 +103,7 @@ class ConveyorConfig(SortingLine):
     @classmethod
     def locate(cls, data: dict[str, Any], folder: Path) -> dict[str, Any]:
         """The differences in a level's file, with paths to the files beside it that they name."""
-        data = super().locate(data, folder)
-        return {**data, "robot": locate_model(data["robot"], folder)} if "robot" in data else data
+        return locate_robot(super().locate(data, folder), folder)
 
     def files(self) -> tuple[Path, ...]:
         """Model file of the robot, if the level has one."""

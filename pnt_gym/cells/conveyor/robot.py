@@ -225,15 +225,20 @@ def read_sheet(name: str) -> dict[str, Any]:
     if name not in sheet_names():
         raise ConfigError(unknown_name("robot", name, sheet_names(), ", or a section with its data sheet"))
     folder = shipped_folder("robots")
-    return {"name": name, **locate_model(parsed_yaml(text_of(folder / f"{name}.yaml")), folder)}
+    return {"name": name, **_located(parsed_yaml(text_of(folder / f"{name}.yaml")), folder)}
 
 
-def locate_model(robot: Any, folder: Path) -> Any:
-    """A section `robot` with the path of the model file in a folder, if the section names such a file."""
-    if not isinstance(robot, dict) or not isinstance(cast("Any", robot).get("model"), dict):
-        return cast("Any", robot)
-    sheet = cast("dict[str, Any]", robot)
-    return {**sheet, "model": locate_files(sheet["model"], folder, "file")}
+def _located(sheet: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """A sheet with the path of its model file in a folder, if it names a file there."""
+    model = sheet.get("model")
+    return {**sheet, "model": locate_files(cast("Any", model), folder, "file")} if isinstance(model, dict) else sheet
+
+
+def locate_robot(section: Any, folder: Path) -> Any:
+    """A section whose key `robot` may hold a sheet, with the path of the sheet's model file in a folder."""
+    if not isinstance(section, dict) or not isinstance(cast("Any", section).get("robot"), dict):
+        return cast("Any", section)
+    return {**cast("Any", section), "robot": _located(cast("Any", section)["robot"], folder)}
 
 
 T3KR: Final = RobotSheet.model_validate("t3kr")

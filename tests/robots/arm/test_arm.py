@@ -169,7 +169,7 @@ def test_the_hand_follows_its_path_in_the_engine(case):
     sheet, arm = case
     space, (model, data) = sheet.workspace, engine(arm)
     start = np.array([space.x - 0.15, space.y, space.z_min + 0.1])
-    stroke = straight(sheet, start, start + [0.3, 0.0, 0.1])
+    stroke = straight(sheet, start, start + np.array([0.3, 0.0, 0.1]))
     steps = int(float(stroke.duration[0]) / 0.001)
     knots = np.arange(knot_count(steps, 4)) * 0.004
     ours = stroke.sample(knots)
