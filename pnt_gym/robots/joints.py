@@ -37,7 +37,7 @@ class JointMotion:
 
 @final
 @dataclass(frozen=True, eq=False)
-class JointLimits:
+class MotorLimits:
     """Range (rad), largest speed (rad/s) and torque (N m) of M motors; (M,) arrays, infinite where none is known."""
 
     lower: Floats
@@ -46,7 +46,7 @@ class JointLimits:
     torque: Floats
 
     @classmethod
-    def of_torque(cls, torque: float, count: int) -> JointLimits:
+    def of_torque(cls, torque: float, count: int) -> MotorLimits:
         """Limits of motors of which the torque alone is known."""
         free = np.full(count, np.inf)
         return cls(-free, free, free, np.full(count, torque))
@@ -86,7 +86,7 @@ class RobotModel(Protocol):
         ...
 
     @property
-    def limits(self) -> JointLimits:
+    def limits(self) -> MotorLimits:
         """Limits of the motors."""
         ...
 

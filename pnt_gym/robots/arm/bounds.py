@@ -16,7 +16,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.robots.joints import JointLimits, JointMotion
+from pnt_gym.robots.joints import JointMotion, MotorLimits
 
 SHARE: Final = 0.95
 """Largest share of a joint's speed, torque and range that a hand within its limits takes."""
@@ -79,16 +79,16 @@ class Loads:
         turn, drag, draw = (np.linalg.norm(values, axis=-1) for values in (rates, np.moveaxis(friction, 0, -1), pull))
         return cls(places, rest.position, turn, np.abs(rest.torque), drag, draw, swing)
 
-    def speed(self, limits: JointLimits) -> Bound:
+    def speed(self, limits: MotorLimits) -> Bound:
         """The hand's largest speed by the speeds of the joints."""
         return self._least(SHARE * limits.speed[:, None] / self.rates)
 
-    def acceleration(self, limits: JointLimits, speed: float) -> Bound:
+    def acceleration(self, limits: MotorLimits, speed: float) -> Bound:
         """The hand's largest acceleration by the torques of the motors, at speeds up to one [m/s]."""
         spare = SHARE * limits.torque[:, None] - self.weight - self.drag * speed - self.swing * speed**2
         return self._least(spare / self.pull)
 
-    def range(self, limits: JointLimits) -> Bound:
+    def range(self, limits: MotorLimits) -> Bound:
         """Where a joint comes nearest to an end of its range: the value is its distance from there [rad, m]."""
         return self._least(np.minimum(self.position - limits.lower[:, None], limits.upper[:, None] - self.position))
 

@@ -16,13 +16,15 @@ from pnt_gym.robots.arm.reading import ModelFile
 from pnt_gym.robots.arm.rows import Link, Tool
 from pnt_gym.robots.arm.settings import ArmSettings, fitting, joint_limits
 from pnt_gym.robots.arm.shapes import Shape, shapes_of
-from pnt_gym.robots.joints import JointLimits
+from pnt_gym.robots.joints import MotorLimits
 from pnt_gym.rows import Rows
 
 MOST_JOINTS: Final = 6
 """Joints of an arm: with more, a place of the hand does not say the pose."""
 
 
+LARGEST: Final = 1e6
+"""Bound of every number of a link."""
 HAND_RADIUS: Final = 0.03
 """Radius of the cup and its mount as a cylinder [m]."""
 
@@ -39,7 +41,7 @@ class Chain:
     """The hand with the tool's axes."""
     flange: Floats
     """Place of the tool in the last link's frame (3,) [m]."""
-    limits: JointLimits
+    limits: MotorLimits
     home: Floats
     """Positions of the joints at home (n,)."""
     shapes: tuple[Shape, ...]
@@ -71,6 +73,8 @@ def chain_of(file: ModelFile, settings: ArmSettings) -> Chain:
     add_mass(links, len(joints) - 1, (flange + tip) / 2.0, settings.hand, _rod(settings.hand, settings.stem, along))
     if float(links["mass"][-1]) == 0.0:
         raise ConfigError("its last body has no mass; give it one, or give robot.model.hand")
+    if not (np.abs(np.concatenate([links[name].ravel() for name in links.dtype.names or ()])) < LARGEST).all():
+        raise ConfigError(f"it has lengths or masses that are not finite, or not below {LARGEST:g} in SI units")
     tool = Tool.zeros(1, offset=tip, turn=(frame @ axes).ravel())
     home = _home(joints, settings)
     shapes = tuple(shapes_of(model, data, owner, links, (base, frame)))
@@ -176,6 +180,7 @@ def _rod(mass: float, length: float, axis: Floats) -> Floats:
     return across * np.eye(3) + (slim - across) * np.outer(axis, axis)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite is refused later
 def add_mass(links: Rows[Link], k: int, centre: Floats, mass: float, inertia: Floats | None = None) -> None:
     """Add a body to a link, in place.
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.compiled import kernel, kernel_part
-from pnt_gym.robots.arm.load_kernel import Bodies, accelerate, load
+from pnt_gym.robots.arm.load_kernel import LinkMotion, accelerate, load
 from pnt_gym.robots.arm.pose_kernel import find, place_links, solve, work_arrays
 from pnt_gym.robots.arm.rows import Link, SeedGrid, Tool
 from pnt_gym.rows import Floats1, Floats2, Floats3, Rows1
@@ -83,7 +83,7 @@ def motion(links: Rows1[Link], tool: Rows1[Tool], grid: Rows1[SeedGrid], seeds: 
     out, work = np.full((4, count, len(hand)), np.nan), work_arrays(count)
     q, rate, change, torque, goal = np.empty(count), np.empty(count), np.empty(count), np.empty(count), np.zeros(6)
     rest = np.zeros(count)
-    body = Bodies(np.empty((count, 3)), np.empty((count, 3)), np.empty((count + 1, 3)))
+    body = LinkMotion(np.empty((count, 3)), np.empty((count, 3)), np.empty((count + 1, 3)))
     for k in range(len(hand)):
         q[:] = seeds[_seed(grid, hand[k])]
         if not find(links, tool, hand[k], STEPS, q, work):

@@ -14,7 +14,7 @@ from pnt_gym.robots.arm.rows import Link
 from pnt_gym.rows import Floats2, Rows1
 
 
-class Bodies(NamedTuple):
+class LinkMotion(NamedTuple):
     """Motion of the links of an arm of n joints."""
 
     spin: Floats2
@@ -26,7 +26,7 @@ class Bodies(NamedTuple):
 
 
 @kernel_part
-def accelerate(links: Rows1[Link], work: Work, rate: Floats, change: Floats, body: Bodies) -> None:
+def accelerate(links: Rows1[Link], work: Work, rate: Floats, change: Floats, body: LinkMotion) -> None:
     """Write the motion of the links for joint velocities and accelerations (n,)."""
     spin, spin_up, pull, last = np.zeros(3), np.zeros(3), np.zeros(3), len(links)
     arm = np.zeros(3)
@@ -61,7 +61,7 @@ def add_swing(spin: Floats, spin_up: Floats, arm: Floats, pull: Floats) -> None:
 
 
 @kernel_part
-def load(links: Rows1[Link], work: Work, body: Bodies, torque: Floats) -> None:
+def load(links: Rows1[Link], work: Work, body: LinkMotion, torque: Floats) -> None:
     """Write the torques or forces (n,) of the joints that move the links and hold their weight."""
     force, moment, pull, arm, own = np.zeros(3), np.zeros(3), np.empty(3), np.empty(3), np.empty(3)
     last = len(links)

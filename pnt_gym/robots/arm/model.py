@@ -15,7 +15,7 @@ from pnt_gym.robots.arm.chain import Chain, add_mass
 from pnt_gym.robots.arm.poses import Poses
 from pnt_gym.robots.arm.shapes import draw
 from pnt_gym.robots.brush import STEEL, Brush
-from pnt_gym.robots.joints import JointLimits, JointMotion, Place
+from pnt_gym.robots.joints import JointMotion, MotorLimits, Place
 from pnt_gym.robots.specification import add_motor, add_site
 
 STIFFNESS: Final = 120.0
@@ -53,7 +53,7 @@ class SerialArm:
         return self.joints
 
     @property
-    def limits(self) -> JointLimits:
+    def limits(self) -> MotorLimits:
         """Limits of the motors."""
         return self.branch.chain.limits
 

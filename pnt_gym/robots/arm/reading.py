@@ -20,7 +20,11 @@ from pnt_gym.reading.files import bytes_of
 
 MOST_TEXT: Final = 2**21
 """Bytes of a model file."""
-MOST_MESH: Final = 2**25
+MOST_PARTS: Final = 3000
+"""Elements of a model file."""
+DEEPEST: Final = 60
+"""Elements within one another."""
+MOST_MESH: Final = 2**24
 """Bytes of a mesh."""
 MOST_MESHES: Final = 200
 """Meshes of a model."""
@@ -86,6 +90,7 @@ def _compiled(text: str, folder: Path) -> ModelFile:
         raise ConfigError(f"it is not valid XML: {error}") from None
     if root.tag not in ("mujoco", "robot"):
         raise ConfigError(f"its root is <{one_sentence(root.tag, 40)}>; an MJCF has <mujoco>, a URDF <robot>")
+    _check_size(root)
     _leave_out(root)
     if strange := sorted({str(part.tag) for part in root.iter()} - PARTS):
         raise ConfigError(
@@ -101,6 +106,20 @@ def _compiled(text: str, folder: Path) -> ModelFile:
     except (ValueError, KeyError) as error:
         raise ConfigError(f"the engine refuses it: {one_sentence(error, 200)}") from None
     return ModelFile(model, speeds, {"model": text.encode(), **meshes})
+
+
+def _check_size(root: ElementTree.Element) -> None:
+    """Make sure that neither this module nor the engine drowns in elements.
+
+    Raises:
+        ConfigError: there are too many, or they stand too deep in one another.
+    """
+    layer, count, depth = [root], 0, 0
+    while layer:
+        count, depth = count + len(layer), depth + 1
+        if count > MOST_PARTS or depth > DEEPEST:
+            raise ConfigError(f"it has more than {MOST_PARTS} elements, or more than {DEEPEST} within one another")
+        layer = [part for element in layer for part in element]
 
 
 def _leave_out(element: ElementTree.Element) -> None:

@@ -13,7 +13,7 @@ from pnt_gym.engine import MjModel, mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import list_names
 from pnt_gym.robots.arm.reading import ModelFile
-from pnt_gym.robots.joints import JointLimits
+from pnt_gym.robots.joints import MotorLimits
 
 
 @final
@@ -50,7 +50,7 @@ def fitting(name: str, values: Sequence[float], count: int) -> Sequence[float]:
     return values
 
 
-def joint_limits(file: ModelFile, joints: Sequence[int], names: Sequence[str], settings: ArmSettings) -> JointLimits:
+def joint_limits(file: ModelFile, joints: Sequence[int], names: Sequence[str], settings: ArmSettings) -> MotorLimits:
     """Ranges, speeds and torques of the joints.
 
     Raises:
@@ -78,7 +78,7 @@ def joint_limits(file: ModelFile, joints: Sequence[int], names: Sequence[str], s
                 f"joint {list_names(unknown)} has no actuator with a largest torque; give the model actuators with a "
                 "forcerange, or give robot.model.torque, a value a joint"
             )
-    return JointLimits(lower, upper, np.array(speed, dtype=np.float64), np.array(torque, dtype=np.float64))
+    return MotorLimits(lower, upper, np.array(speed, dtype=np.float64), np.array(torque, dtype=np.float64))
 
 
 def _torque(model: MjModel, joint: int) -> float:

@@ -16,7 +16,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import MjSpec
 from pnt_gym.robots.brush import MOTOR, PAINT, STEEL, Brush
-from pnt_gym.robots.joints import JointLimits, JointMotion, Place
+from pnt_gym.robots.joints import JointMotion, MotorLimits, Place
 from pnt_gym.robots.specification import add_level_platform, add_motor, add_site, set_inertia
 
 MASS: Final = 5.0
@@ -53,9 +53,9 @@ class RailHandles:
         return self.joints
 
     @property
-    def limits(self) -> JointLimits:
+    def limits(self) -> MotorLimits:
         """Limits of the motors, which no sheet reaches."""
-        return JointLimits.of_torque(LARGEST_FORCE, len(self.joints))
+        return MotorLimits.of_torque(LARGEST_FORCE, len(self.joints))
 
     def with_prefix(self, prefix: str) -> Self:
         """The names of the elements after the specification is attached to another one with a prefix."""

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
-from pnt_gym.robots.joints import JointLimits, JointMotion, Place
+from pnt_gym.robots.joints import JointMotion, MotorLimits, Place
 from pnt_gym.robots.specification import (
     add_arm,
     add_level_platform,
@@ -73,9 +73,9 @@ class T3krHandles:
         return self.arm_joints
 
     @property
-    def limits(self) -> JointLimits:
+    def limits(self) -> MotorLimits:
         """Limits of the motors; ranges and speeds are not known."""
-        return JointLimits.of_torque(self.geometry.torque_limit, N_ARMS)
+        return MotorLimits.of_torque(self.geometry.torque_limit, N_ARMS)
 
     @property
     def mount(self) -> Place:

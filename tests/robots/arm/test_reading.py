@@ -99,6 +99,7 @@ def test_the_engine_reads_no_file_by_itself(tmp_path, monkeypatch):
         ({"inside": '<geom size="-1"/>'}, "the engine refuses it"),
         ({"after": "<!DOCTYPE mujoco>"}, "it declares a document type or entities"),
         ({"after": "<open>"}, "it is not valid XML"),
+        ({"inside": "<body>" * 5000 + "</body>" * 5000}, "it has more than 3000 elements, or more than 60"),
     ],
 )
 def test_what_is_no_arm_is_refused_in_a_sentence(tmp_path, parts, said):
@@ -129,6 +130,21 @@ def test_a_file_without_an_arm_is_refused_in_a_sentence(tmp_path, text, said):
         chain_of(read_model(tmp_path / "arm.xml"), ArmSettings())
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-1", "1e308", "1e400", "x"])
+@pytest.mark.parametrize("place", ['mass="1"', 'diaginertia="1', 'pos="0'])
+def test_a_number_of_no_arm_is_refused_or_kept(tmp_path, place, value):
+    """Never an error of another kind, and never a number that is not finite."""
+    name = place.partition('"')[0]
+    text = written(tmp_path).read_text().replace(place, f'{name}"{value}' + ('"' if place.endswith('"') else ""))
+    (tmp_path / "arm.xml").write_text(text)
+    try:
+        chain = chain_of(read_model(tmp_path / "arm.xml"), SETTINGS)
+    except ConfigError as refused:
+        assert "\n" not in str(refused)
+    else:
+        assert all(np.isfinite(chain.links[name]).all() for name in chain.links.dtype.names)
 
 
 def test_settings_that_do_not_fit_the_arm_are_refused(tmp_path):
