@@ -184,7 +184,7 @@ class LineConfig(LevelConfig):
                 bins = self.cell.bins.model_copy(update={"fixed": robot.bins})
                 for clause in self.cell.model_copy(update={"bins": bins}).bin_place_problems():
                     yield f"robot {robot.name!r}: {clause}"
-            if robot.percent:
+            if robot.percent and robot.robot is None:
                 limits = self.cell.limits.model_copy(update={"percent": robot.percent})
                 for clause in self.cell.model_copy(update={"limits": limits}).ride_problems():
                     yield f"robot {robot.name!r}: {clause}"
@@ -226,7 +226,8 @@ class LineConfig(LevelConfig):
             )
         for robot in self.robots:
             if robot.robot is not None:
-                cell = self.cell.model_copy(update={"robot": robot.robot, "fidelity": "flight"})
+                limits = self.cell.limits.model_copy(update={"percent": robot.percent or self.cell.limits.percent})
+                cell = self.cell.model_copy(update={"robot": robot.robot, "fidelity": "flight", "limits": limits})
                 for clause in (*cell.robot_problems(), *cell.ride_problems()):
                     yield f"robot {robot.name!r}: {clause}"
 
