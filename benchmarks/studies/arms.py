@@ -17,6 +17,8 @@ from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.conveyor.scene import SENSORS
 
 LIMITS: Final = ("range", "speed", "torque")
+FULL: Final = 0.999
+"""Share of its largest torque from which on a motor gives all that it has."""
 
 
 class Watch:
@@ -79,6 +81,8 @@ def _figures(watch: Watch) -> dict[str, Any]:
         "unlike_mean": float(unlike.mean()),
         "unlike_most": float(unlike.max()),
         **{f"planned_{name}_most": float(share) for name, share in zip(LIMITS, planned.max(axis=0), strict=True)},
+        "planned_beyond": int((planned > 1.0).any(axis=1).sum()),
         **{f"{name}_most": float(share) for name, share in zip(LIMITS[1:], simulated.max(axis=0), strict=True)},
-        "beyond": int((planned > 1.0).any(axis=1).sum() + (simulated > 1.0).any(axis=1).sum()),
+        "too_fast": int((simulated[:, 0] > 1.0).sum()),
+        "at_full_torque": int((simulated[:, 1] >= FULL).sum()),
     }

@@ -25,6 +25,8 @@ ANGLES: Final = 32
 """Places on a circle."""
 HEIGHTS: Final = 9
 """Heights of the places."""
+JUMP: Final = 1.0
+"""Largest difference of a joint between neighbouring places on one branch of the inverse kinematics [rad, m]."""
 
 
 def arm_of(sheet: RobotSheet) -> SerialArm:
@@ -106,6 +108,11 @@ def _limit_problems(case: _Case) -> tuple[str, ...]:
             f"({_point(places[lost][0])}) m, with a level and unturned hand; narrow them, or move robot.model.base",
         )
     loads, problems = Loads.of(arm.holding(sheet.payload).motion, places), list[str]()
+    if (jump := _largest_jump(loads.position)) > JUMP:
+        problems.append(
+            f"the arm of robot {sheet.name!r} changes its posture within robot.reach, where a joint jumps by "
+            f"{jump:.1f} rad; narrow the reach, or move it away from the base"
+        )
     nearest = loads.range(limits)
     if nearest.value < 0.0:
         problems.append(
@@ -128,11 +135,20 @@ def _limit_problems(case: _Case) -> tuple[str, ...]:
     return tuple(problems)
 
 
+def _largest_jump(position: Floats) -> float:
+    """Largest difference of a joint at neighbouring places of the mesh, by positions (n, M) [rad]."""
+    mesh = position.reshape(-1, ANGLES, RADII, HEIGHTS)
+    mesh = np.concatenate([mesh, mesh[:, :1]], axis=1)  # around the border
+    return max(float(np.abs(np.diff(mesh, axis=axis)).max()) for axis in (1, 2, 3))
+
+
 def _point(place: Floats) -> str:
     return ", ".join(f"{value:.2f}" for value in place)
 
 
 def _down(value: float) -> str:
     """A limit with two digits, rounded down."""
+    if value <= 0.0:
+        return "0"
     scale = 10.0 ** (np.floor(np.log10(value)) - 1)
     return f"{np.floor(value / scale) * scale:.3g}"

@@ -21,8 +21,6 @@ from pnt_gym.rows import Rows
 
 MOST_JOINTS: Final = 6
 """Joints of an arm: with more, a place of the hand does not say the pose."""
-
-
 LARGEST: Final = 1e6
 """Bound of every number of a link."""
 HAND_RADIUS: Final = 0.03

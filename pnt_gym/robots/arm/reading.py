@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Final, final
 from xml.etree import ElementTree
@@ -100,12 +101,18 @@ def _compiled(text: str, folder: Path) -> ModelFile:
     meshes = _take_meshes(root, folder)
     speeds = dict(_speeds(root))
     _set_compiler(root)
+    model = _engine_model(ElementTree.tostring(root, encoding="unicode"), tuple(meshes.items()))
+    return ModelFile(model, speeds, {"model": text.encode(), **meshes})
+
+
+@lru_cache(maxsize=8)
+def _engine_model(text: str, meshes: tuple[tuple[str, bytes], ...]) -> MjModel:
+    """The engine's model, made once of the same text and meshes."""
     try:
         with mute_warnings():
-            model = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode"), assets=meshes).compile()
+            return mujoco.MjSpec.from_string(text, assets=dict(meshes)).compile()
     except (ValueError, KeyError) as error:
         raise ConfigError(f"the engine refuses it: {one_sentence(error, 200)}") from None
-    return ModelFile(model, speeds, {"model": text.encode(), **meshes})
 
 
 def _check_size(root: ElementTree.Element) -> None:

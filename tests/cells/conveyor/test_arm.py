@@ -36,7 +36,7 @@ def test_hands_keep_to_their_paths_and_joints_to_their_limits(level, tmp_path):
     assert found["throws"] > 80
     assert found["apart_most_m"] < 0.001
     assert found["unlike_most"] < 0.01
-    assert found["beyond"] == 0
+    assert found["planned_beyond"] == found["too_fast"] == found["at_full_torque"] == 0
     assert found["planned_torque_most"] < 1.0
     assert 0.2 < found["planned_speed_most"] < 1.0
 
@@ -150,6 +150,14 @@ def test_a_changed_model_file_is_read_again(tmp_path):
     file.write_text(file.read_text().replace('ctrlrange="-600 600"', 'ctrlrange="-6 6"'))
     with pytest.raises(ConfigError, match="joint 'shoulder' of 'mine' cannot hold it"):
         ConveyorConfig.load(level)
+
+
+def test_a_reach_around_the_base_is_refused(tmp_path):
+    """There the arm would have to turn back after a round, and is singular above its base."""
+    level = scara(tmp_path, reach={"shape": "circle", "radius": 0.6}, model={"base": [0.1, 0.1, -0.35]})
+    with pytest.raises(ConfigError, match="changes its posture within") as refused:
+        ConveyorConfig.load(level)
+    assert "robot.velocity is" in str(refused.value)
 
 
 def test_the_shipped_sheet_is_kept_by_its_arm_and_not_much_below_what_that_allows(tmp_path):
