@@ -110,6 +110,16 @@ def test_arms_stand_on_lines(tmp_path):
     assert LineConfig.load(line).digest() != before
 
 
+def test_a_robot_of_a_line_rides_at_its_own_share_of_its_own_limits():
+    """The shipped arm is slow: at the 40 % of the others it cannot ride with the belt, at its own 100 % it can."""
+    robots: list[dict[str, Any]] = [{"name": "a", "x": 0.0}, {"name": "b", "x": 1.6, "robot": "ur10e_class"}]
+    line = {"base": "line3", "throws": "flight", "robots": robots}
+    with pytest.raises(ConfigError, match=r"robot 'b': belt\.speed is 0\.4 m/s; a hand at 40 %"):
+        LineConfig.load(line)
+    robots[1]["percent"] = [100]
+    assert LineConfig.load(line).cells()[1].robot.name == "ur10e_class"
+
+
 @pytest.mark.parametrize(
     ("robot", "said"),
     [
