@@ -71,8 +71,9 @@ def write_models(folder: Path) -> None:
     licence = package.read_text("licenses/LICENSE") or "MIT License, the pnt_gym authors\n"
     for path, text in write_texts(licence, package.version).items():
         deliver_text(folder / path, text)
+    *others, last = MODELS
     console().print(
-        f"{folder} has the robots {' and '.join(MODELS)}; begin with {folder / next(iter(MODELS)) / 'scene.xml'}"
+        f"{folder} has the robots {', '.join(others)} and {last}; begin with {folder / others[0] / 'scene.xml'}"
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.engine import MjSpec, mujoco
+from pnt_gym.robots.arm import ur10e
 from pnt_gym.robots.gripper import model as gripper
 from pnt_gym.robots.gripper import references
 from pnt_gym.robots.gripper.geometry import PROTOTYPE
@@ -44,7 +45,7 @@ NOTES: Final = """# {title}
 {about}
 
 * `{name}.xml` is the robot, `scene.xml` the robot over a floor. All shapes are primitives, so there are no meshes.
-* The key `home` closes all loops: start there. Other joint positions must close the loops, too.
+* Start from the key `home`. It closes the loops of a robot that has some; other joint positions must close them, too.
 * Each of the {motors} motors has three consecutive controls: angle [rad], velocity [rad/s] and torque on top [N m].
 * MuJoCo {engine} or newer; written by pnt_gym {version}.
 """
@@ -114,11 +115,29 @@ def _gripper() -> Model:
     return Model("4-DoF robot with a built-in gripper", about, spec, PROTOTYPE.home_z)
 
 
+def _ur10e() -> Model:
+    """A six-axis arm."""
+    spec = mujoco.MjSpec()
+    spec.modelname = "ur10e_class"
+    set_options(spec, STEP)
+    ur10e.add_ur10e(spec)
+    _add_home(spec, np.array(ur10e.HOME), np.array(ur10e.HOME))
+    about = (
+        "A six-axis arm of the class of the Universal Robots UR10e: lengths, masses, centres of mass, ranges and "
+        "torques as the maker publishes them. Inertias and gains are assumed."
+    )
+    data = spec.compile()
+    place = mujoco.MjData(data)
+    place.qpos[:] = ur10e.HOME
+    mujoco.mj_kinematics(data, place)
+    return Model("Six-axis arm", about, spec, float(place.site("tool").xpos[2]))
+
+
 def _add_home(spec: MjSpec, pose: Floats, angles: Floats) -> None:
     """Add the key in which the loops are closed and the motors hold their angles (M,) [rad]."""
     controls = np.column_stack([angles, np.zeros((len(angles), 2))]).ravel()
     spec.add_key(name="home", qpos=pose, ctrl=controls)
 
 
-MODELS: Final[Mapping[str, Callable[[], Model]]] = {"t3kr": _t3kr, "gripper": _gripper}
+MODELS: Final[Mapping[str, Callable[[], Model]]] = {"t3kr": _t3kr, "gripper": _gripper, "ur10e_class": _ur10e}
 """What makes each model, by its name."""

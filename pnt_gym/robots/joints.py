@@ -1,15 +1,27 @@
-"""What every robot of a conveyor is to the engine: names of its parts, and joints for the motion of its hand."""
+"""What every robot of a conveyor is to the engine: names of its parts, and joints for the motion of its hand.
+
+A robot turns motions of its hand into motions of its joints at coarse knots, say every 4 ms. Between knots the joint's
+position is the cubic with the exact end positions and velocities, the velocity is that cubic's derivative, and the
+torque is linear. A row does not depend on the other rows.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, Self, final
+from typing import Final, Protocol, Self, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.engine import MjModel, mujoco
+from pnt_gym.errors import PntGymError
+from pnt_gym.robots import knot_kernel
+
+Place: TypeAlias = tuple[float, float, float]
+"""A point, x, y and z [m]."""
+CONTROLS: Final = 3
+"""Position, velocity and feed-forward torque of a motor, in this order."""
 
 
 @final
@@ -38,6 +50,38 @@ class JointMotion:
         return JointMotion(position, velocity, acceleration, torque)
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class MotorLimits:
+    """Range (rad), largest speed (rad/s) and torque (N m) of M motors; (M,) arrays, infinite where none is known."""
+
+    lower: Floats
+    upper: Floats
+    speed: Floats
+    torque: Floats
+
+    @classmethod
+    def of_torque(cls, torque: float, count: int) -> MotorLimits:
+        """Limits of motors of which the torque alone is known."""
+        free = np.full(count, np.inf)
+        return cls(-free, free, free, np.full(count, torque))
+
+    def shares(self, motion: JointMotion) -> Floats:
+        """Largest share of each limit that a motion (M, ...) takes: of the range, the speed and the torque (3, ...).
+
+        A share above 1 is beyond the limit. The share of a range is 0 at its middle and 1 at its ends.
+        """
+        extra = (1,) * (motion.position.ndim - 1)
+        lower, upper, speed, torque = (
+            np.reshape(limit, (-1, *extra)) for limit in (self.lower, self.upper, self.speed, self.torque)
+        )
+        bounded = np.isfinite(lower) & np.isfinite(upper)
+        low, high = np.where(bounded, lower, -1.0), np.where(bounded, upper, 1.0)
+        aside = np.where(bounded, np.abs(2.0 * motion.position - low - high) / (high - low), 0.0)
+        taken = aside, np.abs(motion.velocity) / speed, np.abs(motion.torque) / torque
+        return np.stack([share.max(axis=0) for share in taken])
+
+
 class RobotModel(Protocol):
     """A robot in a model: the names of its elements, and its kinematics and dynamics."""
 
@@ -57,8 +101,13 @@ class RobotModel(Protocol):
         ...
 
     @property
-    def mount(self) -> float:
-        """Height at which the robot is mounted, above the workspace [m]."""
+    def limits(self) -> MotorLimits:
+        """Limits of the motors."""
+        ...
+
+    @property
+    def mount(self) -> Place:
+        """Place at which the robot is mounted [m]."""
         ...
 
     @property
@@ -102,3 +151,47 @@ def _columns(model: MjModel, robot: RobotModel, address: str, ball_width: int) -
         start = int(getattr(joint, address)[0])
         columns += range(start, start + (ball_width if int(joint.type[0]) == ball else 1))
     return np.array(columns, dtype=np.int64)
+
+
+def knot_count(steps: int, stride: int) -> int:
+    """Knots that `steps` samples need when every `stride`-th sample is a knot.
+
+    Args:
+        steps: number of samples; sample k is at time k * timestep.
+        stride: samples per knot interval.
+
+    Raises:
+        PntGymError: (a ValueError) steps or stride is below 1.
+    """
+    if steps < 1 or stride < 1:
+        raise PntGymError(f"steps and stride must be at least 1, got {steps} and {stride}")
+    return (steps + stride - 2) // stride + 1
+
+
+def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Floats:
+    """Fill a control array from knots, sample k at time k * spacing / stride (the start of physics step k).
+
+    Args:
+        knots: N motions at their knots.
+        spacing: time between knots, s.
+        stride: samples per knot interval.
+        out: contiguous (N, steps, C); columns 0 to 3 M - 1 of M motors are written, others are left as they are.
+
+    Returns:
+        out.
+
+    Raises:
+        PntGymError: (a ValueError) the shapes do not fit, or the spacing is not positive.
+    """
+    rows, steps, width = out.shape
+    have, need = knots.position.shape[1:], (rows, knot_count(steps, stride))
+    columns = CONTROLS * len(knots.position)
+    if have != need or width < columns:
+        raise PntGymError(
+            f"out of shape {out.shape} with stride {stride} needs knots of shape {need} "
+            f"and at least {columns} columns, got knots of shape {have}"
+        )
+    if not 0.0 < spacing < np.inf:
+        raise PntGymError(f"spacing must be positive and finite, got {spacing} s")
+    knot_kernel.upsample(knots.position, knots.velocity, knots.torque, spacing, stride, out)
+    return out

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Annotated, ClassVar, Final, Literal
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 import numpy as np
 from pydantic import Field
@@ -17,8 +18,9 @@ from pnt_gym.cells.base.config import Positive, Range
 from pnt_gym.cells.base.items import Item
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
+from pnt_gym.cells.conveyor.arm import arm_problems
 from pnt_gym.cells.conveyor.drift import Bias, Cells, Drift, Feedback
-from pnt_gym.cells.conveyor.robot import T3KR, RobotSheet
+from pnt_gym.cells.conveyor.robot import T3KR, RobotSheet, locate_robot
 from pnt_gym.cells.conveyor.sections import ActionScale, Classifier, Cup, Grip, Limits, Motion, Pick, Suction, Throwable
 from pnt_gym.names import list_names
 from pnt_gym.planning.motion.riding import fastest_belt
@@ -59,7 +61,7 @@ class ConveyorConfig(SortingLine):
     robot: RobotSheet = Field(
         default=T3KR,
         description="The robot: the name of a shipped data sheet, or a data sheet. Joints and motors are those of the "
-        "T3KR; of any other robot only the hand is simulated, with `fidelity: flight`.",
+        "T3KR or of the sheet's `model`; of any other robot only the hand is simulated, with `fidelity: flight`.",
     )
     limits: Limits = Limits()
     motion: Motion = Motion()
@@ -97,6 +99,15 @@ class ConveyorConfig(SortingLine):
         "cycle is shorter by the factor e [s].",
     )
     picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Throws of an episode on the belt.")
+
+    @classmethod
+    def locate(cls, data: dict[str, Any], folder: Path) -> dict[str, Any]:
+        """The differences in a level's file, with paths to the files beside it that they name."""
+        return locate_robot(super().locate(data, folder), folder)
+
+    def files(self) -> tuple[Path, ...]:
+        """Model file of the robot, if the level has one."""
+        return () if self.robot.model is None else (Path(self.robot.model.file),)
 
     def problems(self) -> Iterator[str]:
         """A sentence for each problem of values that are possible alone, and not together."""
@@ -140,6 +151,7 @@ class ConveyorConfig(SortingLine):
                 f"fidelity is 'full' and robot is {robot.name!r}, known by its data sheet alone, without joints and "
                 "motors; set fidelity to 'flight'"
             )
+        yield from arm_problems(robot)
         heavy = [item for item in self._known_items() if item.mass > robot.payload]
         if heavy:
             yield (

@@ -32,8 +32,7 @@ from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.errors import PhysicsError
-from pnt_gym.robots.joints import JointMotion, qpos_columns, qvel_columns
-from pnt_gym.robots.t3kr.references import knot_count, upsample
+from pnt_gym.robots.joints import JointMotion, knot_count, qpos_columns, qvel_columns, upsample
 
 
 @final

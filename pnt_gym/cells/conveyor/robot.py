@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import Annotated, Any, Final, Literal, final
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, cast, final
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Range, Section, shipped_folder
+from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Range, Section, locate_files, shipped_folder
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import list_names, unknown_name
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, MotionLimits
@@ -68,6 +69,43 @@ class Reach(Section):
 
 
 @final
+class ModelSection(Section):
+    """A serial arm by its model file: joints, masses and motors of the robot, for `fidelity: full`."""
+
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = Field(
+        description="MJCF or URDF, in a path from the file that names it."
+    )
+    base: tuple[Finite, Finite, Finite] = Field(
+        default=(0.0, 0.0, 0.0), description="Place of the model's origin, in the cell's frame [m]."
+    )
+    turn: tuple[Finite, Finite, Finite] = Field(
+        default=(0.0, 0.0, 0.0), description="Rotation vector of the model's axes in the cell [rad]."
+    )
+    tool: Label | None = Field(
+        default=None,
+        description="Site or body of the model whose z axis points out of the flange; null: the body behind the last "
+        "joint.",
+    )
+    stem: Annotated[float, Field(ge=0, le=2)] = Field(
+        default=0.1, description="Distance of the cup's tip from the tool, along its z axis [m]."
+    )
+    hand: NonNegative = Field(
+        default=0.5, description="Mass of the cup and its mount, in the middle of the stem; assumed [kg]."
+    )
+    home: tuple[Finite, ...] | None = Field(
+        default=None,
+        description="Positions of the joints in which the cup hangs over the belt, and near which the arm works; "
+        "null: all 0 [rad, m].",
+    )
+    speed: tuple[Positive, ...] | None = Field(
+        default=None, description="Largest speed of each joint; null: those of the URDF [rad/s, m/s]."
+    )
+    torque: tuple[Positive, ...] | None = Field(
+        default=None, description="Largest torque of each motor; null: those of the file [N m, N]."
+    )
+
+
+@final
 class RobotSheet(Section):
     """A robot by its data sheet."""
 
@@ -98,6 +136,11 @@ class RobotSheet(Section):
     )
     source: Annotated[str, Field(max_length=400)] = Field(
         default="", description="Where the numbers are from, and which of them are assumed."
+    )
+    model: ModelSection | None = Field(
+        default=None,
+        description="Joints and motors of a serial arm; null: the sheet alone is known, and its hand is simulated with "
+        "`fidelity: flight`.",
     )
 
     @model_validator(mode="before")
@@ -164,8 +207,8 @@ class RobotSheet(Section):
 
     @cached_property
     def has_model(self) -> bool:
-        """Whether joints and torques of the robot are simulated: those of the T3KR are."""
-        return self == T3KR
+        """Whether joints and torques of the robot are simulated: those of the T3KR and of arms are."""
+        return self.model is not None or self == T3KR
 
 
 def sheet_names() -> tuple[str, ...]:
@@ -181,8 +224,22 @@ def read_sheet(name: str) -> dict[str, Any]:
     """
     if name not in sheet_names():
         raise ConfigError(unknown_name("robot", name, sheet_names(), ", or a section with its data sheet"))
-    return {"name": name, **parsed_yaml(text_of(shipped_folder("robots") / f"{name}.yaml"))}
+    folder = shipped_folder("robots")
+    return {"name": name, **_located(parsed_yaml(text_of(folder / f"{name}.yaml")), folder)}
+
+
+def _located(sheet: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """A sheet with the path of its model file in a folder, if it names a file there."""
+    model = sheet.get("model")
+    return {**sheet, "model": locate_files(cast("Any", model), folder, "file")} if isinstance(model, dict) else sheet
+
+
+def locate_robot(section: Any, folder: Path) -> Any:
+    """A section whose key `robot` may hold a sheet, with the path of the sheet's model file in a folder."""
+    if not isinstance(section, dict) or not isinstance(cast("Any", section).get("robot"), dict):
+        return cast("Any", section)
+    return {**cast("Any", section), "robot": _located(cast("Any", section)["robot"], folder)}
 
 
 T3KR: Final = RobotSheet.model_validate("t3kr")
-"""The robot of Hassan et al. 2022, the only one whose joints and motors are simulated."""
+"""The robot of Hassan et al. 2022."""

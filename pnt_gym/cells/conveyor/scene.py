@@ -30,10 +30,12 @@ from pnt_gym.cells.base.stage import (
     light_stage,
 )
 from pnt_gym.cells.conveyor import scene_kernel
+from pnt_gym.cells.conveyor.arm import arm_of
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.robot import RobotSheet
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY
 from pnt_gym.engine import MjModel, MjSpec, mujoco
+from pnt_gym.robots.arm.model import add_serial_arm
 from pnt_gym.robots.joints import RobotModel
 from pnt_gym.robots.rails.model import add_rails
 from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, set_options
@@ -130,6 +132,8 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
 
 def add_robot(spec: MjSpec, sheet: RobotSheet, rods: str = "four") -> RobotModel:
     """Add the robot of a sheet, or its stand-in where only the sheet is known."""
+    if sheet.model is not None:
+        return add_serial_arm(spec, arm_of(sheet))
     return add_t3kr(spec, rods="eight" if rods == "eight" else "four") if sheet.has_model else add_rails(spec)
 
 

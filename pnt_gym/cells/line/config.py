@@ -14,8 +14,9 @@ from pydantic import Field, ValidationInfo, field_validator
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate_files
 from pnt_gym.cells.base.merging import MergeRules
+from pnt_gym.cells.conveyor.arm import content_of
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.robot import RobotSheet
+from pnt_gym.cells.conveyor.robot import T3KR, RobotSheet, locate_robot
 from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, TableEntries, Value
 from pnt_gym.constants import WORLD
 from pnt_gym.errors import ConfigError, one_sentence
@@ -103,7 +104,9 @@ class LineConfig(LevelConfig):
         """The differences in a level's file, with paths to the files beside it that they name."""
         data = locate_files(data, folder, "base", "cell", "chances")
         if isinstance(data.get("cell"), dict):
-            data["cell"] = locate_files(data["cell"], folder, "base")
+            data["cell"] = locate_robot(locate_files(data["cell"], folder, "base"), folder)
+        if isinstance(robots := data.get("robots"), list):
+            data["robots"] = [locate_robot(robot, folder) for robot in cast("list[Any]", robots)]
         return data
 
     @classmethod
@@ -181,7 +184,7 @@ class LineConfig(LevelConfig):
                 bins = self.cell.bins.model_copy(update={"fixed": robot.bins})
                 for clause in self.cell.model_copy(update={"bins": bins}).bin_place_problems():
                     yield f"robot {robot.name!r}: {clause}"
-            if robot.percent:
+            if robot.percent and robot.robot is None:
                 limits = self.cell.limits.model_copy(update={"percent": robot.percent})
                 for clause in self.cell.model_copy(update={"limits": limits}).ride_problems():
                     yield f"robot {robot.name!r}: {clause}"
@@ -223,7 +226,8 @@ class LineConfig(LevelConfig):
             )
         for robot in self.robots:
             if robot.robot is not None:
-                cell = self.cell.model_copy(update={"robot": robot.robot, "fidelity": "flight"})
+                limits = self.cell.limits.model_copy(update={"percent": robot.percent or self.cell.limits.percent})
+                cell = self.cell.model_copy(update={"robot": robot.robot, "fidelity": "flight", "limits": limits})
                 for clause in (*cell.robot_problems(), *cell.ride_problems()):
                     yield f"robot {robot.name!r}: {clause}"
 
@@ -269,10 +273,11 @@ class LineConfig(LevelConfig):
         return self.cell.assumed()
 
     def files(self) -> tuple[Path, ...]:
-        """File of the table of throws, if the level names one or a command has made one."""
+        """File of the table of throws, if the level names one or a command has made one, and models of its robots."""
+        models = tuple(Path(sheet.model.file) for sheet in self.sheets() if sheet.model is not None)
         if isinstance(self.chances, str):
-            return (Path(self.chances),)
-        return (self.made_table(),) if self.chances is None and self.made_table().is_file() else ()
+            return (Path(self.chances), *models)
+        return (self.made_table(), *models) if self.chances is None and self.made_table().is_file() else models
 
     def digest(self) -> str:
         """Name of the line's table of throws, from everything on which its robots' throws depend."""
@@ -282,9 +287,13 @@ class LineConfig(LevelConfig):
         """Everything on which the throws of each robot depend, as text (R,)."""
         kinds: list[str] = []
         for cell in self.cells():
-            absent = {"bias": not cell.bias.applies, "robot": cell.robot.has_model}
-            unconcerned = {*_UNCONCERNED, *(name for name, is_absent in absent.items() if is_absent)}
-            kinds.append(json.dumps(cell.model_dump(mode="json", exclude=unconcerned), sort_keys=True))
+            left_out: dict[str, Any] = dict.fromkeys(_UNCONCERNED, True)
+            if not cell.bias.applies:
+                left_out["bias"] = True
+            # What the file of a model says counts, and not where it lies.
+            left_out["robot"] = cell.robot == T3KR or {"model": {"file"} if cell.robot.model else True}
+            data = cell.model_dump(mode="json", exclude=left_out)
+            kinds.append(json.dumps(data, sort_keys=True) + content_of(cell.robot))
         return kinds
 
     def made_table(self, folder: Path = MADE_TABLES) -> Path:

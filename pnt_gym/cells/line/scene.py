@@ -17,7 +17,7 @@ from pnt_gym.cells.conveyor.scene import add_bins, add_cup, add_ground, add_robo
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.engine import MjData, MjModel, MjSpec, mujoco
 from pnt_gym.robots.brush import FIXED_GROUP, MOTOR, PAINT, STEEL, Brush
-from pnt_gym.robots.joints import RobotModel, qpos_columns
+from pnt_gym.robots.joints import Place, RobotModel, qpos_columns
 
 MARGIN: Final = 0.5
 """Length of belt that pictures show beyond the outermost windows; upstream they show at least the camera's place
@@ -100,12 +100,7 @@ def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> RobotModel:
     robot = add_robot(robot_spec, cell.robot)
     add_cup(robot_spec, cell.lip_length)
     add_bins(robot_spec, cell)
-    # Add the stand of a robot: a post on the far side of the belt, and a beam over the belt.
-    floor = float(spec.geom("floor").pos[2])
-    brush, base = Brush(robot_spec.worldbody.add_body(name="stand"), FIXED_GROUP), robot.mount + ABOVE
-    y = cell.belt.y[0] - STAND
-    brush.box((0, y, (base + floor) / 2), (0.06, 0.06, (base - floor) / 2), STEEL)
-    brush.box((0, y / 2, base + 0.05), (0.06, -y / 2 + 0.06, 0.05), STEEL)
+    _add_stand(robot_spec, robot.mount, cell.belt.y[0], float(spec.geom("floor").pos[2]))
     for number, colour in enumerate(bin_colours(config, index)):
         for geom in robot_spec.body(f"bin_{number}").geoms:
             geom.rgba = colour
@@ -113,6 +108,24 @@ def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> RobotModel:
     prefix = f"{index}_"
     spec.attach(robot_spec, prefix=prefix, frame=spec.worldbody.add_frame(pos=[config.robots[index].x, 0.0, 0.0]))
     return robot.with_prefix(prefix)
+
+
+def _add_stand(spec: MjSpec, mount: Place, edge: float, floor: float) -> None:
+    """Add the stand of a robot: a post under a mount beside the belt; else one beside the belt, and a beam over it.
+
+    Args:
+        spec: the robot's specification.
+        mount: where the robot is mounted.
+        edge: y of the belt's far edge [m].
+        floor: height of the floor [m].
+    """
+    brush, (x, end, top) = Brush(spec.worldbody.add_body(name="stand"), FIXED_GROUP), mount
+    if end < edge:
+        brush.box((x, end, (top + floor) / 2), (0.09, 0.09, (top - floor) / 2), STEEL)
+        return
+    y, base = edge - STAND, top + ABOVE
+    brush.box((x, y, (base + floor) / 2), (0.06, 0.06, (base - floor) / 2), STEEL)
+    brush.box((x, (y + end) / 2, base + 0.05), (0.06, (end - y) / 2 + 0.06, 0.05), STEEL)
 
 
 def bin_colours(config: LineConfig, index: int) -> Floats:

@@ -16,7 +16,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import MjSpec
 from pnt_gym.robots.brush import MOTOR, PAINT, STEEL, Brush
-from pnt_gym.robots.joints import JointMotion
+from pnt_gym.robots.joints import JointMotion, MotorLimits, Place
 from pnt_gym.robots.specification import add_level_platform, add_motor, add_site, set_inertia
 
 MASS: Final = 5.0
@@ -40,8 +40,8 @@ class RailHandles:
     """Slides along x, y and z; each has a motor."""
     actuators: tuple[str, ...]
     """Motors; each motor takes three consecutive controls: position, velocity, feed-forward force."""
-    mount: float = POST
-    """Height of the upper end of the stand-in above the workspace [m]."""
+    mount: Place = (0.0, 0.0, POST)
+    """Upper end of the stand-in, above the workspace [m]."""
     platform: str = "platform"
     """Body whose origin is the hand."""
     tcp: str = "tcp"
@@ -51,6 +51,11 @@ class RailHandles:
     def motor_joints(self) -> tuple[str, ...]:
         """Joints that the motors drive."""
         return self.joints
+
+    @property
+    def limits(self) -> MotorLimits:
+        """Limits of the motors, which no sheet reaches."""
+        return MotorLimits.of_torque(LARGEST_FORCE, len(self.joints))
 
     def with_prefix(self, prefix: str) -> Self:
         """The names of the elements after the specification is attached to another one with a prefix."""

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
-from pnt_gym.robots.joints import JointMotion
+from pnt_gym.robots.joints import JointMotion, MotorLimits, Place
 from pnt_gym.robots.specification import (
     add_arm,
     add_level_platform,
@@ -73,9 +73,14 @@ class T3krHandles:
         return self.arm_joints
 
     @property
-    def mount(self) -> float:
-        """Height of the motors' axes above the workspace [m]."""
-        return self.geometry.pivot_z
+    def limits(self) -> MotorLimits:
+        """Limits of the motors; ranges and speeds are not known."""
+        return MotorLimits.of_torque(self.geometry.torque_limit, N_ARMS)
+
+    @property
+    def mount(self) -> Place:
+        """Middle of the motors' axes, above the workspace [m]."""
+        return 0.0, 0.0, self.geometry.pivot_z
 
     def pose(self, hand: ArrayLike) -> Floats:
         """Joint positions with the TCP at points (N, 3) [m], see `closed_pose`."""
