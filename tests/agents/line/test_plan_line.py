@@ -24,7 +24,7 @@ from agents.line.plans import (
     table_spread,
     with_standstill,
 )
-from agents.line.reasons import check_text, main_losses, reason
+from agents.line.reasons import check_text, main_losses, reason, worst_items
 from pnt_gym.cells.line.chances import shipped_table
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
@@ -126,6 +126,19 @@ def test_a_light_item_that_every_throw_misses_is_the_reason():
         "the reason: 19.6 % of all objects are thrown and miss (94.0 % of alu); over the same shifts recovery rises by "
         "18.0 points (16.0..20.0) with release learned; no difference with one more robot"
     )
+
+
+def test_of_many_items_with_small_shares_the_worst_one_is_named():
+    names = ("can", "tray", "paper_ball", "yoghurt_cup", "pet_05")
+    bins = {"random": None, "fixed": [{"name": "all", "x": 0.0, "y": 0.45, "size": [0.3, 0.3]}]}
+    cell = {"items": names, "bins": bins}
+    line = LineConfig.load({"name": "many", "throws": "flight", "cell": cell, "robots": [{"name": "first", "x": 0.0}]})
+    fates = dict(zip(FATES, np.array([80, 0, 0, 0, 0, 20, 0]) / 100.0, strict=True))
+    row = {"fates": fates, "fates_by_item": dict.fromkeys(names, fates), "arrived": [10, 10, 11, 10, 10]}
+    plan = Planned(line, None, {**row, "utilisation": [1.0]}, np.full(2, 0.8))
+    assert worst_items(plan, "passed") == [2]
+    said = "20.0 % of all objects pass the end, not tried (20.0 % of paper_ball); taken by first, at work 100.0 %"
+    assert reason(plan, []) == f"the reason: {said}"
 
 
 def test_losses_are_named_as_far_as_they_matter_the_largest_first():

@@ -110,6 +110,23 @@ def test_arms_stand_on_lines(tmp_path):
     assert LineConfig.load(line).digest() != before
 
 
+def test_two_arms_work_on_a_line_in_full_physics():
+    cell = {key: COBOT[key] for key in ("base", "robot", "limits", "motion")}
+    cell["belt"] = {**COBOT["belt"], "neighbours": "ghosts"}
+    bins = [{"name": "all", "x": -0.1, "y": 0.12, "size": [0.24, 0.24]}]
+    cell["bins"] = {"rim": -1.15, "random": None, "fixed": bins}
+    robots = [{"name": "first", "x": 0.0}, {"name": "second", "x": 2.4}]
+    line = {"name": "arms", "cell": cell, "robots": robots, "arrivals": {"rate": 1.0}, "duration": 5.0}
+    seen: list[Any] = []
+    for throws in ("full", "flight"):
+        with closing(make_vector("PnTLine-v0", LineConfig.load({**line, "throws": throws}), 2, 1)) as env:
+            env.reset(seed=0)
+            steps = [env.step(np.zeros(2, dtype=np.int64))[4] for _ in range(3)]
+            seen.append([(step["sorted"].tolist(), step["cycle_time"].tolist()) for step in steps])
+    assert seen[0] == seen[1]
+    assert any(any(sorted_) for sorted_, _ in seen[0])
+
+
 def test_a_robot_of_a_line_rides_at_its_own_share_of_its_own_limits():
     """The shipped arm is slow: at the 40 % of the others it cannot ride with the belt, at its own 100 % it can."""
     robots: list[dict[str, Any]] = [{"name": "a", "x": 0.0}, {"name": "b", "x": 1.6, "robot": "ur10e_class"}]
