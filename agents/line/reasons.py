@@ -135,7 +135,7 @@ def main_losses(plan: Planned) -> list[tuple[str, float]]:
 
 
 def worst_items(plan: Planned, fate: str) -> list[int]:
-    """Items with large shares of the objects of a fate, the largest first; of many items with small shares the first."""
+    """Items with large shares of the objects of a fate, the largest first; of many small shares the first."""
     weight = np.array([count * plan.shares(item)[fate] for item, count in enumerate(plan.row["arrived"])])
     worst = np.argsort(-weight, kind="stable")
     return worst[: max(int((weight >= MAJOR * weight.sum()).sum()), 1)].tolist()

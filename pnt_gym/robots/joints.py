@@ -13,7 +13,7 @@ from typing import Final, Protocol, Self, TypeAlias, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.engine import MjModel, mujoco
 from pnt_gym.errors import PntGymError
 from pnt_gym.robots import knot_kernel
@@ -39,11 +39,11 @@ class JointMotion:
 
         A motion that comes back from out of reach, or that begins there, stays as it is: not finite.
         """
-        reached = np.isfinite(self.position).all(axis=0)
+        reached: Bools = np.isfinite(self.position).all(axis=0)
         if reached.all():
             return self
-        knots, count = np.arange(reached.shape[1]), reached.sum(axis=1)[:, None]
-        leaves = (count > 0) & (reached == (knots < count)).all(axis=1)[:, None]
+        knots, count = np.arange(reached.shape[-1]), reached.sum(axis=-1, keepdims=True)
+        leaves = (count > 0) & (reached == (knots < count)).all(axis=-1, keepdims=True)
         last, rests = np.where(leaves, np.minimum(knots, count - 1), knots)[None], leaves & (knots >= count)
         position, torque = (np.take_along_axis(part, last, axis=2) for part in (self.position, self.torque))
         velocity, acceleration = (np.where(rests, 0.0, part) for part in (self.velocity, self.acceleration))
