@@ -39,11 +39,11 @@ class JointMotion:
 
         A motion that comes back from out of reach, or that begins there, stays as it is: not finite.
         """
-        reached: Bools = np.isfinite(self.position).all(axis=0)
+        reached: Bools = np.atleast_2d(np.isfinite(self.position).all(axis=0))
         if reached.all():
             return self
-        knots, count = np.arange(reached.shape[-1]), reached.sum(axis=-1, keepdims=True)
-        leaves = (count > 0) & (reached == (knots < count)).all(axis=-1, keepdims=True)
+        knots, count = np.arange(reached.shape[-1], dtype=np.int64), reached.sum(axis=-1, keepdims=True)
+        leaves: Bools = (count > 0) & np.equal(reached, knots < count).all(axis=-1, keepdims=True)
         last, rests = np.where(leaves, np.minimum(knots, count - 1), knots)[None], leaves & (knots >= count)
         position, torque = (np.take_along_axis(part, last, axis=2) for part in (self.position, self.torque))
         velocity, acceleration = (np.where(rests, 0.0, part) for part in (self.velocity, self.acceleration))
