@@ -117,8 +117,9 @@ class Posterior:
 
     @property
     def values(self) -> dict[str, float]:
-        """SI values at the maximum, by name."""
-        return values_at(self.parameters, self.z)
+        """SI values at the maximum, by name; none is a last digit below the least value of its parameter."""
+        values = values_at(self.parameters, self.z)
+        return {parameter.name: max(values[parameter.name], parameter.least) for parameter in self.parameters}
 
     @finite_numbers()
     def samples(self, count: int = SAMPLES, seed: int = 0) -> Floats:

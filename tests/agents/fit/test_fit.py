@@ -16,7 +16,7 @@ from agents.fit.fitted import Fitted, fit_log
 from agents.fit.log import ThrowLog
 from agents.fit.misfit import DEVIATION, EXPECTED, WINSOR
 from agents.fit.model import ThrowModel
-from agents.fit.parameters import priors
+from agents.fit.parameters import priors, values_at
 from agents.fit.posterior import posterior, seal_chances
 from agents.fit.report import report
 from agents.fit.twins import Twin, judge
@@ -84,6 +84,16 @@ def test_a_vacuum_that_is_far_off_is_found() -> None:
     assert twin.scores[1] > 2.5
     assert found.best.z[1] == pytest.approx(twin.scores[1], abs=0.5)
     assert (found.best.regular > 0.5).mean() > 0.6  # cups touch some of the objects that leave so late
+
+
+def test_a_value_at_its_least_is_not_a_last_digit_below() -> None:
+    """A blow-off of -4e-18 m/s once made a level that was refused."""
+    found = fit_log(few_throws(), WASTE, priors(WASTE, ("tau", "blow_off"))).posterior
+    scores = np.column_stack([np.linspace(-1.0, 1.0, 50), np.linspace(-3.0, -0.1, 50)])
+    moved = [replace(found, best=replace(found.best, z=z)) for z in scores]
+    below = [values_at(each.parameters, each.z)["blow_off"] for each in moved]
+    assert min(below) < 0.0  # what arithmetic gives
+    assert all(0.0 <= each.values["blow_off"] < 1e-12 for each in moved)
 
 
 def test_a_fit_is_the_same_again_and_reads_nothing_hidden() -> None:
