@@ -246,18 +246,20 @@ def assess(numbers: dict[str, Any], line: LineConfig, counted: Counted | None, c
 def with_interval(name: str, values: Floats) -> dict[str, float | None]:
     """A figure's mean over shifts and its interval, by names; shifts without the figure do not count."""
     known = values[np.isfinite(values)]
-    if known.size == 0:  # nothing is sorted, and so there is no purity
-        return {name: None, f"{name}_low": None, f"{name}_high": None}
-    interval = metrics.interval(known)
-    return {name: interval.value, f"{name}_low": interval.low, f"{name}_high": interval.high}
+    return _entries(name, metrics.interval(known) if known.size else None)  # without sorted objects there is no purity
 
 
-def _pace(shifts: Shifts, spread: float) -> dict[str, float]:
+def _entries(name: str, interval: Interval | None) -> dict[str, float | None]:
+    """A figure and the ends of its interval by their names; None for each where there is no figure."""
+    ends = (None, None, None) if interval is None else (interval.value, interval.low, interval.high)
+    return dict(zip((name, f"{name}_low", f"{name}_high"), ends, strict=True))
+
+
+def _pace(shifts: Shifts, spread: float) -> dict[str, float | None]:
     """Sorted objects a minute with their interval, which holds the spread of a recovery by the table's counts."""
     pace = metrics.interval(shifts.figures["shift_sorted_per_min"])
     shares = shifts.figures["shift_recovery"].astype(np.float64)
-    pace = widen(pace, spread * pace.value / max(float(np.nanmean(shares)), 1e-9))
-    return {"sorted_per_min": pace.value, "sorted_per_min_low": pace.low, "sorted_per_min_high": pace.high}
+    return _entries("sorted_per_min", widen(pace, spread * pace.value / max(float(np.nanmean(shares)), 1e-9)))
 
 
 def widen(interval: Interval, spread: float) -> Interval:
@@ -327,11 +329,9 @@ def table_spread(shifts: Shifts, fates: Fates, counted: Counted) -> float:
 
 def _money(shifts: Shifts, line: LineConfig, counted: Counted | None, spread: float) -> dict[str, float | None]:
     """Money an hour with its interval, which holds a relative spread of what is sorted; None as `money_per_hour`."""
-    names, money = [f"money_per_hour{end}" for end in ("", "_low", "_high")], money_per_hour(shifts, line, counted)
-    if money is None:
-        return dict.fromkeys(names)
-    interval = widen(metrics.interval(money), spread * float(_proceeds(shifts, line).mean()))
-    return dict(zip(names, (interval.value, interval.low, interval.high), strict=True))
+    money = money_per_hour(shifts, line, counted)
+    spread *= float(_proceeds(shifts, line).mean())
+    return _entries("money_per_hour", None if money is None else widen(metrics.interval(money), spread))
 
 
 def money_per_hour(shifts: Shifts, config: LineConfig, counted: Counted | None) -> Floats | None:
