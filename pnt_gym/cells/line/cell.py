@@ -108,7 +108,9 @@ class LineCell:
         self.arriving = StreamSampler(config, self.chooser.planner)
         _check_room(config, count, self.arriving.length)
         self.throws: ThrowExecutor = (
-            TableThrows(self.chooser.tables) if config.throws == "table" else SimulatedThrows(cells, count, threads)
+            TableThrows(self.chooser.tables)
+            if config.throws == "table"
+            else SimulatedThrows(cells, self.chooser.can_throw, count, threads)
         )
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
         self.watched: CycleHistory | None = None

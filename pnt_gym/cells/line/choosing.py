@@ -52,7 +52,19 @@ class Chooser:
         self._planners = [PickPlanner(kind) for kind in kinds]
         self.tables: Tables = make_tables(config, self._planners, self._kind_of, chances)
         """Tables of the line for compiled functions."""
-        # An arbitrary pick and throw (1,), which fills rows without a choice.
+        trials = self._trial_throws()
+        self.can_throw: Bools = np.array([len(choices) > 0 for _, choices in trials])
+        """Whether each kind of robot, as `distinct_cells` orders them, can throw an object into one of its bins."""
+        if not self.can_throw.any():
+            raise ConfigError(
+                f"level {self._config.name!r}: no robot can throw an object into its bins; move the bins closer"
+            )
+        self.blank, choice = trials[int(np.argmax(self.can_throw))]
+        """Context (1,) that fills rows without a choice."""
+        self.tables = self.tables._replace(blank=choice)
+
+    def _trial_throws(self) -> list[tuple[Context, Rows1[Choice]]]:
+        """A pick and throw of each kind of robots, both of one row, or of none where no trial object can be thrown."""
         objects = self.planner.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), _TRIALS)
         low, high = self._config.cell.belt.pick_x
         stream = Stream.of(objects, low + (high - low) * objects.draws.place[..., 0], *np.zeros((2, 1, _TRIALS)))
@@ -60,20 +72,19 @@ class Chooser:
         stations = self.tables.stations.copy()
         stations["base"] = 0.0
         tables = self.tables._replace(stations=stations, can_take=np.ones_like(self.tables.can_take))
-        line = np.zeros(1, dtype=np.int64)
-        planned = plan.plan_options(tables, stream.riders, line, seen, line, self.initial_hand()[None])
-        if len(planned) == 0:
-            raise ConfigError(
-                f"level {self._config.name!r}: no robot can throw an object into its bins; move the bins closer"
-            )
-        choice = planned[:1].copy()
-        throws = take(objects, (line, choice["place"])).replace(percent=choice["percent"])
-        context, _ = self._planners[0].plan_into(throws, choice["pick"], choice["bin"])
-        for name in ("real", "line", "place", "index", "value", "chance"):
-            choice[name] = 0
-        self.blank = context
-        """Context (1,) that fills rows without a choice."""
-        self.tables = self.tables._replace(blank=choice)
+        line, hand, trials = (
+            np.zeros(1, dtype=np.int64),
+            self.initial_hand()[None],
+            list[tuple[Context, Rows1[Choice]]](),
+        )
+        for robot in np.unique(self._kind_of, return_index=True)[1]:
+            choice = plan.plan_options(tables, stream.riders, line, seen, np.array([robot]), hand)[:1].copy()
+            throws = take(objects, (line[: len(choice)], choice["place"])).replace(percent=choice["percent"])
+            context, _ = self.planner_of(int(robot)).plan_into(throws, choice["pick"], choice["bin"])
+            for name in ("real", "line", "place", "index", "value", "chance"):
+                choice[name] = 0
+            trials.append((context, choice))
+        return trials
 
     @property
     def planner(self) -> PickPlanner:

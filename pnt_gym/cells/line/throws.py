@@ -124,6 +124,7 @@ class SimulatedThrows(ThrowExecutor):
 
     Args:
         configs: each robot as a conveyor cell.
+        can_throw: whether each kind of robot, as `distinct_cells` orders them, can throw.
         count: number of lines N.
         threads: threads of the physics.
     """
@@ -131,9 +132,12 @@ class SimulatedThrows(ThrowExecutor):
     release: Release | None = None
     """Policy that corrects the throws; None for the planner's throws."""
 
-    def __init__(self, configs: list[ConveyorConfig], count: int, threads: int) -> None:
+    def __init__(self, configs: list[ConveyorConfig], can_throw: Bools, count: int, threads: int) -> None:
         distinct, self._core_index = distinct_cells(configs)
-        self.cores = [Core(ConveyorCell(config, count, "independent", threads)) for config in distinct]
+        self._cores = {
+            int(kind): Core(ConveyorCell(distinct[kind], count, "independent", threads))
+            for kind in np.flatnonzero(can_throw)
+        }
 
     def execute(self, state: LineState, attempt: Attempt) -> Rows1[Result]:
         """Results by the conveyor's physics, with the hand returning to the place of its pick."""
@@ -145,7 +149,7 @@ class SimulatedThrows(ThrowExecutor):
         throws = take(attempt.context, rows)
         objects = throws.objects.replace(pick_draw=simulate.redraw(throws.objects.pick_draw, attempts))
         throws, cores = throws.replace(objects=objects), self._core_index[state.robot[rows]]
-        for index, core in enumerate(self.cores):
+        for index, core in self._cores.items():
             own = np.flatnonzero(cores == index)
             if own.size > 0:
                 results[rows[own]] = self._simulate(core, rows[own], take(throws, own))

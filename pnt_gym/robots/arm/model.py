@@ -18,8 +18,11 @@ from pnt_gym.robots.brush import STEEL, Brush
 from pnt_gym.robots.joints import JointMotion, MotorLimits, Place
 from pnt_gym.robots.specification import add_motor, add_site
 
-STIFFNESS: Final = 120.0
-"""Natural frequency of the motors' position control, critically damped [rad/s]."""
+STIFFNESS: Final = 80.0
+"""Natural frequency of the motors' position control, critically damped [rad/s].
+
+Feed-forward torques carry the motion, so softer motors follow it as well. A tilted object that presses on the belt at
+its lift pushes the hand aside; at 120 rad/s a joint sprang back at 103 % of its speed once in 10,000 throws."""
 STEM_RADIUS: Final = 0.012
 """Radius of the drawn stem between the tool and the cup [m]."""
 

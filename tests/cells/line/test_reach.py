@@ -85,3 +85,13 @@ def test_a_line_says_which_share_of_which_items_is_out_of_reach() -> None:
     said = r"level 'far': \d+\.\d% of the objects are out of reach, \d+\.\d% of wood, \d+\.\d% of bottle: no robot"
     with pytest.warns(UserWarning, match=said):
         LineCell(LineConfig.load(FAR), 1)
+
+
+def test_a_robot_that_reaches_no_bin_leaves_all_objects_to_the_next_one() -> None:
+    idle = {"name": "first", "x": 0.0, "bins": [{"name": "distant", "x": 0.0, "y": 3.5}]}
+    level = {"base": "single", "throws": "flight", "duration": 20.0, "robots": [idle, {"name": "second", "x": 1.4}]}
+    cell = LineCell(LineConfig.load(level), 2)
+    cell.reset(np.arange(2), [np.random.default_rng(seed) for seed in range(2)])
+    while not cell.over.all():
+        assert (cell.take(np.zeros(2, dtype=np.int64)).robot[~cell.over] == 1).all()
+    assert set(np.unique(cell.state.accounts["taker"])) == {-1, 1}
