@@ -16,6 +16,7 @@ from ..ground.cli import UsageError, about, check_known, settings_of
 from ..ground.environments import Env, core_of
 from ..ground.shipped import DECIDING, LINE
 from ..policies.scorer import Scorer
+from . import clairvoyant
 from .lookahead import Beam, GuidedBeam, Lookahead
 from .rules import IndexRule, RandomChoice, ScoreController, run_scores
 from .settings import check, settings
@@ -25,6 +26,8 @@ FIRST: Final = "fifo"
 GUIDED: Final = "guided_beam"
 SEARCHED: Final = "index"
 """The controller whose weights a search tunes; without a search its shipped weights are used."""
+FORESEEING: Final = "clairvoyant"
+"""The controller that knows each shift in advance."""
 _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "random": lambda core: RandomChoice(),
     FIRST: lambda core: IndexRule(FIRST, "first"),
@@ -36,6 +39,7 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "price_beam": lambda core, **found: Beam("price_beam", core, **found),
     GUIDED: lambda core, guide=SEARCHED, **found: GuidedBeam(GUIDED, core, _make(guide, core), **found),
     SEARCHED: lambda core, **found: ScoreController(SEARCHED, Scorer.linear(**found)),
+    FORESEEING: lambda core: clairvoyant.Clairvoyant(FORESEEING, core),
 }
 _SETTINGS: Final[Mapping[str, Sequence[Callable[..., Any]]]] = {
     **dict.fromkeys(("atc", "price"), (IndexRule,)),
@@ -58,6 +62,8 @@ CHOICES: Final[Mapping[str, str]] = {
     "guided_beam": "one of the four choices that a scorer (`index` or a training run) likes best: the choice with the "
     "greatest sum of its score and the value of the best plan of the next 3 s that begins with it",
     "index": "the choice with the greatest sum of the log of `atc`'s index and weighted entries, found by CMA-ES",
+    "clairvoyant": "what the best order begins with that a search finds for the whole shift, all objects and all draws "
+    "known: nobody can know them, and the best order is worth at least as much",
 }
 """The choice of each controller of a line."""
 

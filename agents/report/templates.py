@@ -29,7 +29,9 @@ def environment() -> Any:
     from jinja2 import Environment, StrictUndefined  # noqa: PLC0415 - needed for reports only
 
     made = Environment(autoescape=False, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
-    made.filters |= {write.__name__: write for write in (number, mm, percent, deg, count, code, pace, landing, won)}
+    made.filters |= {
+        write.__name__: write for write in (number, mm, percent, deg, count, code, pace, landing, share_of, won)
+    }
     return made
 
 
@@ -110,6 +112,11 @@ def landing(parts: Any) -> Mapping[str, float]:
     """Mean landing error [m] of parts, each with the sum of errors and the number of landings behind two others."""
     errors, landings = np.array(parts)[:, 2:].T
     return vars(metrics.rate(errors, landings, 1.0))
+
+
+def share_of(parts: Any, whole: Any) -> Mapping[str, float]:
+    """Share of what others bring in the same parts that parts as of `pace` bring."""
+    return vars(metrics.rate(np.array(parts)[:, 0], np.array(whole)[:, 0], 1.0))
 
 
 def won(parts: Any, least: Any, most: Any) -> Mapping[str, float]:

@@ -98,7 +98,7 @@ def _write_pick(tables: Tables, candidate: Candidate, meeting: Meeting, index: i
 
 
 @kernel_part
-def _write_throw(rules: StopRules, throw: Throw, release: Any, fading: float, choice: Choice) -> None:
+def write_throw(rules: StopRules, throw: Throw, release: Any, fading: float, choice: Choice) -> None:
     """Write the times of a throw, and the place at which the hand stands still after it."""
     braking = braking_limit(throw.acceleration, rules.gravity_share, release.direction[2])
     ramp, plateau = stop_phases(release.speed, braking, throw.jerk)
@@ -145,7 +145,7 @@ def _plan_throws(
         if is_good[m] and stays_inside(throws[m], releases[m], shift, rules, space):
             choice = choices[good]
             _write_pick(tables, candidate, meetings[m], seen[candidate.line, candidate.place].index, choice)
-            _write_throw(rules, throws[m], releases[m], fading[m], choice)
+            write_throw(rules, throws[m], releases[m], fading[m], choice)
             good += 1
     return choices[:good]
 

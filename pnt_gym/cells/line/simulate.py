@@ -73,11 +73,16 @@ def next_decisions(tables: Tables, state: LineState, riders: Rows2[Rider], lines
 
 
 @kernel_part
+def redraw_once(draw: float) -> float:
+    """Uniform draw of the next attempt; a draw of 1, which stands for attempts that never fail, stays 1."""
+    return draw * STRETCH % 1.0 if draw < 1.0 else draw
+
+
+@kernel_part
 def _redraw(draw: float, attempts: int) -> float:
-    """Uniform draw of a later attempt; a draw of 1, which stands for attempts that never fail, stays 1."""
-    if draw < 1.0:
-        for _ in range(attempts):
-            draw = draw * STRETCH % 1.0
+    """Uniform draw of a later attempt."""
+    for _ in range(attempts):
+        draw = redraw_once(draw)
     return draw
 
 

@@ -1,0 +1,174 @@
+"""Which moments of a robot may follow each other. Compiled.
+
+A hand that is free earlier, or nearer to an object, lifts the object no later: a way that waits first is a way, too.
+So a link leads to the first moment that the best of a moment's lifts can reach, and any later moment of the same object
+may follow as well.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from pnt_gym.cells.conveyor.config import LIP_GAP
+from pnt_gym.cells.line.moments import Moment, Passage
+from pnt_gym.cells.line.rows import Rider, Tables
+from pnt_gym.compiled import empty_rows, kernel, kernel_part
+from pnt_gym.planning.motion.hunt import meet
+from pnt_gym.planning.motion.rows import Hunt
+from pnt_gym.rows import Floats1, Ints1, Rows1
+
+AHEAD: Final = 2.0
+"""From this time after a hand is free on, its place does not count for the objects that come into the window [s]."""
+MARGIN: Final = 0.3
+"""Margin of the search for objects near a window [m]."""
+LONGEST: Final = 20.0
+"""Longest way of a hand to an object, its wait included [s]."""
+HUNT: Final = Hunt.dtype
+
+
+class Links(NamedTuple):
+    """Moments that may follow each of N moments."""
+
+    first: Ints1
+    """Place of each moment's first link among all links; the last entry is their number (N + 1,)."""
+    target: Ints1
+    """Rows of the moments that follow (L,)."""
+    far: Ints1
+    """Step from which on passages begin whose moments follow wherever the hand is; -1 for moments without any (N,)."""
+
+
+@kernel_part
+def ends_so(passage: Passage, moment: Moment, is_empty: bool) -> bool:
+    """Whether a moment can end with an empty cup, or else with a throw."""
+    return moment.can_throw and (passage.seal < 1.0 if is_empty else passage.seal > 0.0)
+
+
+@kernel_part
+def _first_passage(
+    riders: Rows1[Rider], passages: Rows1[Passage], robot: int, border: float, is_inclusive: bool
+) -> int:
+    """Index of the first passage of a robot whose object begins upstream of a border, or on it if ``is_inclusive``."""
+    begin, end = 0, len(passages)
+    while begin < end:
+        middle = (begin + end) // 2
+        own, x = passages[middle].robot, riders[passages[middle].index].x
+        if own < robot or (own == robot and (x > border or (x == border and not is_inclusive))):
+            begin = middle + 1
+        else:
+            end = middle
+    return begin
+
+
+@kernel_part
+def _range_near(
+    tables: Tables, riders: Rows1[Rider], passages: Rows1[Passage], robot: int, time: float
+) -> tuple[int, int]:
+    """Range of a robot's passages that contains all that link to a time [s]."""
+    line, base = tables.line[0], tables.stations[robot].base
+    high = base + line.window_high + MARGIN - line.speed * time
+    low = base + line.window_low - MARGIN - line.speed * (time + AHEAD)
+    return (
+        _first_passage(riders, passages, robot, high, True),
+        _first_passage(riders, passages, robot, low, False),
+    )
+
+
+@kernel_part
+def _write_hunt(tables: Tables, rider: Rider, passage: Passage, time: float, hand: Floats1, hunt: Hunt) -> None:
+    """Write the hunt of a hand, free at a time [s], for the object of a passage."""
+    line, setting = tables.line[0], tables.settings[passage.setting]
+    hunt.place[0] = rider.x + line.speed * time - tables.stations[passage.robot].base - setting.early
+    hunt.place[1], hunt.place[2] = rider.lane_y, line.height + rider.height + LIP_GAP - rider.known_depth
+    hunt.belt[0], hunt.belt[1], hunt.belt[2], hunt.clearance = line.speed, 0.0, 0.0, line.clearance
+    hunt.velocity, hunt.acceleration, hunt.jerk = setting.velocity, setting.way_acceleration, setting.way_jerk
+    hunt.low, hunt.high, hunt.earliest = setting.low, setting.high, max(setting.least_time, 0.0)
+    for axis in range(3):
+        hunt.hand[axis] = hand[axis]
+
+
+@kernel_part
+def _least_time(hunt: Hunt, time: float, spread: float) -> float:
+    """Time of a meeting [s], less what a hand gains that is nearer by a distance [m].
+
+    The time of a stroke is a concave function of its length, so that a share of the length saves at most that share of
+    the time. The object moves towards the window meanwhile, which at most doubles the gain.
+    """
+    square = 0.0
+    for axis in range(3):
+        square += (hunt.place[axis] + hunt.belt[axis] * time - hunt.hand[axis]) ** 2
+    share = min(2.0 * spread / max(math.sqrt(square), spread), 1.0)
+    return max(hunt.earliest, time * (1.0 - share))
+
+
+@kernel_part
+def _link(
+    tables: Tables,
+    riders: Rows1[Rider],
+    passages: Rows1[Passage],
+    moment: Moment,
+    row: int,
+    is_empty: bool,
+    step: float,
+    targets: Ints1,
+) -> int:
+    """Write the rows of the moments that may follow a moment of the passage in a row; returns their number."""
+    passage, line = passages[row], tables.line[0]
+    time = moment.empty_free if is_empty else moment.free
+    low, high = _range_near(tables, riders, passages, passage.robot, time)
+    hunts, others, count = empty_rows(high - low, HUNT), np.empty(high - low, dtype=np.int64), 0
+    for q in range(low, high):
+        other = passages[q]
+        is_gone = other.index == passage.index and not is_empty
+        if not is_gone and time <= other.end and other.begin <= time + AHEAD + step:
+            hand = moment.empty_stop if is_empty else moment.stop
+            _write_hunt(tables, riders[other.index], other, time, hand, hunts[count])
+            others[count] = q
+            count += 1
+    meetings, links = meet(hunts[:count], 0, LONGEST), 0
+    for h in range(count):
+        if meetings[h].feasible:
+            other = passages[others[h]]
+            lift = time + _least_time(hunts[h], meetings[h].time, moment.spread) + line.dwell
+            place = max(math.floor(lift / step) - other.first_step, 0)
+            if place < other.count:
+                targets[links] = other.first_row + place
+                links += 1
+    return links
+
+
+@kernel
+def link_moments(
+    tables: Tables,
+    riders: Rows1[Rider],
+    passages: Rows1[Passage],
+    moments: Rows1[Moment],
+    step: float,
+    is_empty: bool,
+) -> Links:
+    """Find the moments that may follow each moment.
+
+    Args:
+        tables: what the level says.
+        riders: the objects (M,).
+        passages: the passages.
+        moments: their moments (N,).
+        step: length of a step [s].
+        is_empty: whether the moments end with an empty cup; otherwise they end with a throw.
+    """
+    first, far = np.zeros(len(moments) + 1, dtype=np.int64), np.full(len(moments), -1)
+    target, count = np.empty(16 * len(moments), dtype=np.int64), 0
+    for row in range(len(passages)):
+        passage = passages[row]
+        for n in range(passage.first_row, passage.first_row + passage.count):
+            first[n] = count
+            if not ends_so(passage, moments[n], is_empty):
+                continue
+            if count + len(passages) > len(target):
+                target = np.append(target, np.empty_like(target))
+            count += _link(tables, riders, passages, moments[n], row, is_empty, step, target[count:])
+            far[n] = math.floor(((moments[n].empty_free if is_empty else moments[n].free) + AHEAD) / step)
+    first[len(moments)] = count
+    return Links(first, target[:count].copy(), far)
