@@ -22,7 +22,7 @@ from ..controllers.protocol import Controller, Observation
 from ..ground.cli import UsageError
 from .prices import Bound, Prices, best_ways, find_bound
 
-SHARES: Final = (0.85, 0.9, 0.95)
+SHARES: Final = (0.8, 0.85, 0.9, 0.95)
 """Shares of the bound's prices at which shifts are searched; at the full prices doing nothing often seems as good."""
 WIDTH: Final = 128
 """Beginnings of a shift that the search keeps."""
@@ -197,6 +197,8 @@ class Clairvoyant(Controller):
                 f"throws {core.config.throws!r}; use it with --throws table"
             )
         self.name, self._core = name, core
+        self.bounds: dict[int, float] = {}
+        """Upper bound of the value of the present shift, by line."""
         self._shifts: dict[int, tuple[NDArray[np.float64], list[int]]] = {}
         """Places of the objects, and coming choices in reversed order, by line."""
 
@@ -217,8 +219,7 @@ class Clairvoyant(Controller):
         """Choices of the best order that is found for the shift of a line."""
         cell = self._core.cell
         tables, riders = cell.chooser.tables, cell.stream.riders[line]
-        state, bound = cell.state.take(np.array([line])), find_bound(tables, riders, is_drawn=True)
-        found = [
-            Foresight(tables, riders, bound, share).search(state.take(np.zeros(1, dtype=np.int64))) for share in SHARES
-        ]
+        bound, begin = find_bound(tables, riders, is_drawn=True), np.array([line])
+        self.bounds[line] = bound.value
+        found = [Foresight(tables, riders, bound, share).search(cell.state.take(begin)) for share in SHARES]
         return max(found, key=lambda one: one[0])[1]
