@@ -1,4 +1,4 @@
-"""Rules for the place of a cup, and what an oracle knows of it."""
+"""Rules for the place of a cup, on pictures or by the true surface."""
 
 from __future__ import annotations
 
@@ -79,14 +79,14 @@ def flattest(features: PlaceFeatures) -> Floats:
 def maps(scenes: Scenes) -> Floats:
     """Exact expected worths (N, 48, 48) of tries with the cup sent to each pixel.
 
-    Everything hidden is known, but not the error of the cup's place and the luck of a try.
+    The surface, the mass and the centre of mass are known; the error of the cup's place and the luck of a try are not.
     """
     places = pixel_places().reshape(1, -1, 2) - scenes.middle[:, None]
     worth = scenes.worth(places).reshape(-1, 48, 48)
     return blur_maps(worth, scenes.placing)
 
 
-def oracle_places(scenes: Scenes) -> Floats:
+def surface_places(scenes: Scenes) -> Floats:
     """The places with the highest exact expected worths (N, 2) [m]."""
     return np.concatenate([best_places(maps(part)) for part in scenes.parts(100)])
 
@@ -97,9 +97,9 @@ PLACES: Final[dict[str, Callable[[Scenes, PlaceFeatures], Floats]]] = {
     "flattest, naive": lambda scenes, features: flattest(features),
     "flattest, tuned": lambda scenes, features: places(features, TUNED),
     "flattest, tuned with colour": lambda scenes, features: places(features, COLOURED),
-    "oracle": lambda scenes, features: oracle_places(scenes),
+    "true surface": lambda scenes, features: surface_places(scenes),
 }
-"""Places (N, 2) [m] by the rules and by the oracle, by the names of tables."""
+"""Places (N, 2) [m] by the rules, by the names of tables."""
 
 
 DEPTH_SETTINGS: Final = tuple(

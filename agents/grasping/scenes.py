@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, take
+from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.base.catalogue import TYPICAL
 from pnt_gym.cells.base.grip import Hold
 from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES
@@ -29,6 +29,7 @@ from pnt_gym.cells.grasp.rows import Surfaces
 from pnt_gym.cells.grasp.surfaces import (
     TRY,
     draw_surfaces,
+    later_keys,
     least_force,
     normal_draw,
     object_keys,
@@ -140,13 +141,38 @@ class Scenes:
 
     def margins(self, force: Floats, places: Floats) -> Floats:
         """Holding force over load at `PERCENT`, for forces (N, P) [N] at places (N, P, 2) [m] as of `seal_at`."""
-        objects, count = self.objects, force.shape[1]
-        offset = np.hypot(*np.moveaxis(places - self.surfaces.com[:, None], -1, 0))
-        columns = (objects.mass, objects.cup_friction, objects.com_depth, objects.cup_radius)
-        mass, friction, depth, radius = (np.repeat(column, count) for column in columns)
-        hold = Hold(force.reshape(-1), mass, friction, depth, offset.reshape(-1), radius)
         acceleration = np.full(force.size, T3KR_ACCELERATION * PERCENT / 100.0)
-        return hold.least_margin(acceleration).reshape(force.shape)
+        return self._hold(force, self._distance(places)).least_margin(acceleration).reshape(force.shape)
+
+    def strength(self, places: Floats, number: Ints) -> tuple[Floats, Floats]:
+        """What each object's try of a number would give at places, with the luck of that try.
+
+        Args:
+            places: places of the cups from the pictures' middles, the same for all objects (P, 2) [m].
+            number: numbers of the tries, from 0 (N,).
+
+        Returns:
+            The accelerations that the holds survive in any direction (N, P) [m/s2], -inf where the cup does not hold;
+            and the distances of the cups from the centres of mass (N, P) [m].
+        """
+        true = places - self.middle[:, None] + self.error[:, None]
+        force, distance = seal_at(self.surfaces, self.objects, true).force, self._distance(true)
+        luck = normal_draw(later_keys(object_keys(self.objects, TRY), number))
+        known = force / max(self.config.mismatch, 1e-9)
+        holds = seal_holds(known, self.objects, np.repeat(luck[:, None], len(places), axis=1), self.surface)
+        strength = self._hold(force, distance).acceleration(1.0).reshape(force.shape)
+        return np.where(holds, strength, -np.inf), distance
+
+    def _distance(self, places: Floats) -> Floats:
+        """Distances (N, P) [m] of places (N, P, 2) from the centres of mass."""
+        return np.hypot(*np.moveaxis(places - self.surfaces.com[:, None], -1, 0))
+
+    def _hold(self, force: Floats, distance: Floats) -> Hold:
+        """True objects under cups by forces (N, P) [N] at distances (N, P) [m] from the centres of mass, row by row."""
+        objects = self.objects
+        columns = (objects.mass, objects.cup_friction, objects.com_depth, objects.cup_radius)
+        mass, friction, depth, radius = (np.repeat(column, force.shape[1]) for column in columns)
+        return Hold(force.reshape(-1), mass, friction, depth, distance.reshape(-1), radius)
 
 
 SIZES: Final = ((0.05, 0.20), (0.6, 1.0), (0.15, 1.0))

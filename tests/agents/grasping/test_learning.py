@@ -129,4 +129,4 @@ def test_the_command_learns_saves_and_compares(tmp_path, capsys):
     main(Arguments(tries=300, judge=50, out=tmp_path / "places.npz"))
     text = capsys.readouterr().out
     assert PlaceNetwork.load(tmp_path / "places.npz").is_fitted
-    assert all(name in text for name in ("centroid", "networks", "oracle", "grasp_unseen", "of the last"))
+    assert all(name in text for name in ("centroid", "networks", "true surface", "grasp_unseen", "of the last"))
