@@ -11,11 +11,12 @@ from typing import Any, Final, Literal, NamedTuple, Protocol, final, runtime_che
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.grip import SURFACES, Hold
+from pnt_gym.cells.base.grip import Hold
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.observation import TABLE
 
+from ..grasping.gauge import FRICTION, SAFETY, allowed_acceleration
 from ..ground.cli import UsageError
 from ..ground.places import GRASPING
 from . import state
@@ -30,11 +31,6 @@ PLACE_UNIT: Final = 0.05
 """Length that the cup's place counts as 1 in the residual's features [m]."""
 SCATTER: Final = 0.015
 """Standard deviation of the places around the rule's, per axis, in practice [m]."""
-SAFETY: Final = 1.3
-"""Factor of the measured load that a grip must hold at a pace by the gauge (Hold.acceleration)."""
-FRICTION: Final = SURFACES["smooth"].friction
-"""Friction of the lip for paces by the gauge, whatever the object: no sensor measures it, and it is the less of those
-of dry objects."""
 GIVE_UP: Final = -1.0
 """Third number of an action that lets an object ride."""
 
@@ -127,7 +123,7 @@ class GaugePace:
             offset=np.hypot(values["place_x"], values["place_y"]),
             radius=values["cup_radius"],
         )
-        return np.clip(hold.acceleration(self._safety) / self._fastest, *self._range)
+        return np.clip(allowed_acceleration(hold, self._safety) / self._fastest, *self._range)
 
 
 def shipped_release(core: GraspCore, name: str = "release") -> OnPolicyRegression:

@@ -1,8 +1,8 @@
 """Objects in pictures and tries at places on them, without a robot: what a cup at a place would hold.
 
-A try needs no throw: the vacuum says whether the object is held, and statics with the hidden mass, centre of mass and
-place of the cup say whether the hold would survive a throw. So tens of thousands of tries take seconds. A gauge on a
-real cell says the first alone.
+A try needs no throw: the gauge says whether the object is held, and gauge and scales say how fast the grip lets the
+object be thrown. These are the labels from which rules and networks learn, and tens of thousands of tries take seconds.
+To judge places, statics with the hidden mass, centre of mass and place of the cup say whether the hold would survive.
 """
 
 from __future__ import annotations
@@ -40,8 +40,12 @@ from pnt_gym.cells.grasp.surfaces import (
 )
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
 
+from .gauge import allowed_acceleration
+
 PERCENT: Final = 45.0
 """Speed setting at which an object that is held should stay under its cup [%]."""
+TOGETHER: Final = 20_000
+"""Tries that are made at once, to bound the memory."""
 HELD: Final = 0.7
 """Worth of an object that is held, but has to be thrown more slowly than at `PERCENT`, over that of a fast one; assumed
 from cycles of 1.0 s and 0.7 s."""
@@ -54,13 +58,13 @@ class Tries(NamedTuple):
     held: Bools
     kept: Bools
     """Whether the object is held, and would stay under the cup at `PERCENT`, accelerated in the worst direction."""
-    force: Floats
-    """Force of the vacuum (N,) [N]."""
+    allowed: Bools
+    """Whether gauge and scales allow a throw at `PERCENT`, as the pace by the gauge does."""
 
     @property
     def worth(self) -> Floats:
-        """Worth of the tries for a learner (N,): 1 if kept, `HELD` if held, else 0."""
-        return np.where(self.held, np.where(self.kept, 1.0, HELD), 0.0)
+        """Worth of the tries as sensors say it (N,): 1 if held and allowed at `PERCENT`, `HELD` if held, else 0."""
+        return np.where(self.held, np.where(self.allowed, 1.0, HELD), 0.0)
 
 
 @final
@@ -130,7 +134,21 @@ class Scenes:
         true = places - self.middle + self.error
         force = seal_at(self.surfaces, self.objects, true[:, None]).force[:, 0]
         held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)), self.surface)
-        return Tries(held, held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0), force)
+        kept = held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0)
+        return Tries(held, kept, self._allowed(force, places))
+
+    def worths_of_tries(self, rows: Ints, places: Floats) -> Floats:
+        """Worths (T,) of tries at places of some objects (T,), (T, 2) from the middles of their pictures [m]."""
+        parts = (slice(begin, begin + TOGETHER) for begin in range(0, len(rows), TOGETHER))
+        return np.concatenate([take(self, rows[part]).try_places(places[part]).worth for part in parts])
+
+    def _allowed(self, force: Floats, places: Floats) -> Bools:
+        """Whether gauge and scales allow throws at `PERCENT` with forces (N,) [N], of cups sent to places (N, 2) [m]."""
+        objects, seen = self.objects, self.objects.measured
+        offset = np.hypot(*places.T)
+        vacuum = seen.seal * (force / objects.seal)
+        hold = Hold(vacuum, seen.mass, objects.cup_friction, seen.size[:, 2] / 2.0, offset, objects.cup_radius)
+        return allowed_acceleration(hold) >= T3KR_ACCELERATION * PERCENT / 100.0
 
     def worth(self, places: Floats) -> Floats:
         """Expected worths (N, P) of tries with the cup at true places (N, P, 2) from the outlines' middles [m]."""

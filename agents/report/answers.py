@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from ..controllers.named import CHEATS
 from ..dispatchers.settings import PLANNERS
-from ..grasping.scenes import HELD, PERCENT
 from ..ground import metrics
 from ..judging.throw_record import ThrowRecord
 from ..reproduce.record import verdicts
@@ -110,11 +110,9 @@ def drift(results: Results) -> Values:
 
 
 def grasp(results: Results) -> Values:
-    """The middle, a tuned rule, networks and an oracle of the cup's place, on seen and on unseen kinds."""
+    """The middle, a tuned rule, networks and an oracle of grasps, on seen and on unseen kinds."""
     data = _read(results, "benchmark_grasp")
     level, rows = first_level(data)
-    oracle = _row(rows, "oracle_grasp")
-    above = [row for row in rows if _pace(row) > _pace(oracle)]
     names = {"rule": "flattest", "network": "local_mlp", "depth": "local_mlp_depth"}
     unseen = {name: rows_of(data, [name]) for name in data["plan"]["levels"] if name != level}
     return {
@@ -123,16 +121,33 @@ def grasp(results: Results) -> Values:
         "rule": _row(rows, "flattest"),
         "network": _row(rows, "local_mlp"),
         "rewarded": next((row for row in rows if row["label"] == "fitted_q"), None),
-        "oracle": oracle,
-        "percent": f"{PERCENT:g}",
-        "held": f"{HELD:g}",
-        "above": above,
-        "top": max(above, key=_pace, default=None),
         "unseen": [
             {"level": name, **{role: _row(of, label) for role, label in names.items()}} for name, of in unseen.items()
         ],
+        "ceilings": _ceilings(_read(results, "grasp_ceiling", STUDY)["rows"]),
         "gain": lambda one, other: difference(data, one["level"], one, other),
     }
+
+
+def _ceilings(rows: Sequence[Data]) -> list[Data]:
+    """For seen and for unseen kinds what the oracle of grasps sorts, who sorts most of all others, and what is left.
+
+    Raises:
+        NoFigure: the study has no such rows.
+    """
+    thrown = [row for row in rows if row["part"] == "thrown"]
+    found: list[Data] = []
+    for kinds in dict.fromkeys(str(row["level"]) for row in thrown):
+        of = {row["who"]: row for row in thrown if row["level"] == kinds}
+        if not {"centre", "oracle_grasp"} <= set(of):
+            raise NoFigure("no oracle of grasps")
+        best = max((row for name, row in of.items() if name not in CHEATS), key=_pace)
+        least, most = _pace(of["centre"]), _pace(of["oracle_grasp"])
+        found.append(
+            {"kinds": kinds, "oracle": most, "best": best["who"], "left": best["gain"]}
+            | {"share": (_pace(best) - least) / (most - least)}
+        )
+    return found
 
 
 def order(results: Results) -> Values:
