@@ -4,16 +4,7 @@
 """
 
 from .fitted_q import fitted_values
-from .grasps import (
-    Centre,
-    FixedPace,
-    GaugePace,
-    GraspController,
-    Pace,
-    Place,
-    new_release,
-    shipped_release,
-)
+from .grasps import Centre, FixedPace, GaugePace, GraspController, Pace, Place, new_release, shipped_release
 from .places import Sight, TrueSurface, centroid, flattest, local_mlp
 
 __all__ = [

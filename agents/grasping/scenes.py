@@ -143,7 +143,7 @@ class Scenes:
         return np.concatenate([take(self, rows[part]).try_places(places[part]).worth for part in parts])
 
     def _allowed(self, force: Floats, places: Floats) -> Bools:
-        """Whether gauge and scales allow throws at `PERCENT` with forces (N,) [N], of cups sent to places (N, 2) [m]."""
+        """Whether gauge and scales allow throws at `PERCENT`, by forces (N,) [N] of cups sent to places (N, 2) [m]."""
         objects, seen = self.objects, self.objects.measured
         offset = np.hypot(*places.T)
         vacuum = seen.seal * (force / objects.seal)

@@ -7,6 +7,7 @@ Price 1997) searches the weights. Labels are those of a gauge and of scales, see
 
 from __future__ import annotations
 
+import importlib
 from typing import Any, Final, NamedTuple, Self, final
 
 import numpy as np
@@ -18,8 +19,6 @@ from .features import blur_maps, place_features
 from .rules import TERMS, Weights, terms
 from .scenes import Scenes
 
-OBJECTS: Final = 4000
-"""Objects on which each setting is tried."""
 PART: Final = 500
 """Objects that are prepared at once, to bound the memory."""
 BOUNDS: Final = {
@@ -29,7 +28,7 @@ BOUNDS: Final = {
     "matte": (-20.0, 60.0),
     "odd": (-10.0, 10.0),
 }
-"""Ranges of the weights; those of the two roughnesses are not negative and add up to 1, because scores have no scale."""
+"""Ranges of the weights; the two roughnesses have shares of 1, because scores have no scale."""
 FREE: Final = {"depth": ("distance", "slope", "belt", "matte"), "colour": ("distance", "slope", "belt", "matte", "odd")}
 """Weights beside those of the roughnesses, of a rule that sees depths alone and of one that sees colours too."""
 POPULATION, GENERATIONS = 12, 60
@@ -54,7 +53,8 @@ class PlaceTable(NamedTuple):
         tables = [cls._of(part) for part in scenes.parts(PART)]
         sizes = np.concatenate([np.diff(one.begins, append=len(one.worth)) for one in tables])
         begins = np.cumsum(sizes) - sizes
-        return cls(begins, *(np.concatenate([one[k] for one in tables]) for k in (1, 2)))
+        terms, worth = (np.concatenate([getattr(one, name) for one in tables]) for name in ("terms", "worth"))
+        return cls(begins, terms, worth)
 
     @classmethod
     def _of(cls, scenes: Scenes) -> Self:
@@ -82,14 +82,14 @@ def tune(table: PlaceTable, free: tuple[str, ...], seed: int) -> Weights:
         free: names of the weights that are searched, beside those of the roughnesses; the others are 0.
         seed: seed of the search.
     """
-    from scipy.optimize import differential_evolution  # noqa: PLC0415  # pyright: ignore[reportMissingTypeStubs]
+    search: Any = importlib.import_module("scipy.optimize")
 
     def weights(values: Floats) -> Weights:
         share, *others = (float(value) for value in values)
         return Weights(rough_in=share, rough_out=1.0 - share, **dict(zip(free, others, strict=True)))
 
     bounds = [(0.0, 1.0), *(BOUNDS[name] for name in free)]
-    found: Any = differential_evolution(
+    found = search.differential_evolution(
         lambda values: -table.worths(weights(values)).mean(), bounds, seed=seed, popsize=POPULATION,
         maxiter=GENERATIONS, tol=0.0, polish=False,
     )  # fmt: skip
