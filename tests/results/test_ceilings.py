@@ -56,7 +56,7 @@ def test_no_row_of_a_benchmark_passes_an_oracle_in_what_it_aims_at(name: str) ->
 
 def test_benchmarks_of_releases_and_of_drifting_cells_have_oracles() -> None:
     held = {name for name in SHOWN if any(pairs(contents.read(RESULTS / f"{name}.json")))}
-    assert {"benchmark", "benchmark_adapt", "benchmark_precise"} <= held
+    assert {"benchmark", "benchmark_adapt", "benchmark_grasp", "benchmark_precise"} <= held
 
 
 def test_hardly_a_row_sorts_more_than_an_oracle() -> None:
