@@ -74,7 +74,7 @@ def importable(folder, monkeypatch):
     """The guide's modules can be imported in this process, and are forgotten afterwards."""
     monkeypatch.syspath_prepend(str(folder))
     yield
-    for name in [name for name in sys.modules if name.partition(".")[0] in ("catapult", "halving", "salvo")]:
+    for name in [name for name in sys.modules if name.partition(".")[0] in ("catapult", "halving", "inside", "salvo")]:
         del sys.modules[name]
     for name in [name for name in gym.registry if name.startswith(("Catapult", "Salvo"))]:
         del gym.registry[name]
@@ -96,6 +96,24 @@ def test_the_controller_of_the_guide_learns_and_skips_failed_picks(folder):
     assert (halving["practice"], waste["practice"], planner["practice"]) == (120, 120, 0)
     assert waste["pick_rate"] < 1.0
     assert waste["picks"] == PICKS
+
+
+@pytest.mark.usefixtures("importable")
+def test_the_grasp_rule_of_the_guide_holds_more_than_the_middle_and_gives_objects_up(folder):
+    """It is composed of parts that ship; with a least score, objects ride on before their first try."""
+    files = [folder / f"{name}.json" for name in ("centre", "inside", "choosy")]
+    for file in files:
+        (line,) = (line for line in COMMANDS if line.endswith(f"--json {file.name}"))
+        _, *words = _arguments(line)
+        done = call_here(*words, folder=folder)
+        assert done.returncode == 0, done.stderr[-2000:]
+    centre, inside, choosy = (json.loads(file.read_text()) for file in files)
+    assert inside["pick_rate"] > centre["pick_rate"]
+    assert min(throw["tries"] for throw in inside["throws"]) == 1
+    assert 4 <= sum(throw["tries"] == 0 for throw in choosy["throws"]) < 64
+    refused = call_here(*words[:-6], "--option", "least=-3", "--level", "grasp", folder=folder)
+    assert refused.returncode == 2
+    assert "gave up an object before its first try; level 'grasp' has `grasp.skip: false`" in refused.stderr
 
 
 @pytest.mark.usefixtures("importable")

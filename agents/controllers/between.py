@@ -24,12 +24,12 @@ from ..learning.hyperparameters import MAX_STACK, RECURRENT
 from ..policies.actor import Actor
 from . import adaptive, named
 from .adaptive import PRETRAINED, begins_shift
-from .named import GRASPING_NAMES, POSTERIOR
+from .named import CHEATS, GRASPING_NAMES, POSTERIOR
 from .protocol import Actions, Controller, Observation
 
 PLANNER: Final = "analytic"
 """The controller whose action is zero."""
-BASES: Final = (PLANNER, *PRETRAINED, POSTERIOR, *(name for name in GRASPING_NAMES if name != "oracle_grasp"))
+BASES: Final = (PLANNER, *PRETRAINED, POSTERIOR, *(name for name in GRASPING_NAMES if name not in CHEATS))
 """Base controllers: they need no practice, read no hidden values, and draw no random numbers."""
 
 Stacked = NDArray[np.float32]

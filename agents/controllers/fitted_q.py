@@ -15,6 +15,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.grasp.config import GraspConfig
+from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.images import pixel_places
 from pnt_gym.cells.grasp.observation import TABLE
 
@@ -22,8 +23,7 @@ from ..grasping.features import NAMES, SIGHTS, PlaceFeatures, best_places, blur_
 from ..grasping.network import PlaceNetwork
 from ..ground.cli import UsageError, check_libraries
 from ..ground.places import GRASPING, at
-from . import grasps
-from .grasps import GIVE_UP, RESIDUAL, phases
+from .grasps import choose, shipped_release
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .regression import OnPolicyRegression
 from .state import load_state
@@ -94,7 +94,12 @@ class GraspValues:
 
     # Choices
 
-    def places(self, observation: Observation, rows: Ints) -> tuple[Floats, Bools]:
+    def places(self, observation: Observation, rows: Ints) -> Floats:
+        """Places of the cups for some rows (K, 2) [m]; NaN for an object that should ride on after a failed try."""
+        places, rides = self._choices(observation, rows)
+        return np.where(rides[:, None], np.nan, places)
+
+    def _choices(self, observation: Observation, rows: Ints) -> tuple[Floats, Bools]:
         """Places of the cups for some rows (K, 2) [m], and which objects rather ride on (K,)."""
         assert observation.image is not None  # of this environment
         tries = _Tries.of(take(observation, rows), self._config)
@@ -262,6 +267,16 @@ def _scaled(returns: Any) -> Any:
     return np.clip((returns - LOWEST) / (HIGHEST - LOWEST), 0.0, 1.0)
 
 
+def fitted_values(core: GraspCore, file: str | Path | None = None) -> GraspValues:
+    """The values of `fitted_q` as parts of another controller: its places, and its paces.
+
+    Args:
+        core: the cells.
+        file: values that `--save` has written; None for those that ship.
+    """
+    return FittedQ(core, file=FILE if file is None else file).values
+
+
 FILE: Final = GRASPING / "fitted_q.npz"
 """Values that ship."""
 
@@ -274,8 +289,8 @@ class FittedQ(Learner):
     leaves the residual as it is.
 
     Args:
-        config: the cell.
-        residual: corrects releases.
+        core: the cells.
+        release: corrects releases; None for the residual that ships.
         file: values that `--save` has written; by default those that ship.
 
     Raises:
@@ -286,51 +301,42 @@ class FittedQ(Learner):
     practice = 0
     """The values that ship are trained."""
 
-    def __init__(self, config: GraspConfig, residual: OnPolicyRegression, file: str | Path = FILE) -> None:
-        if config.grasp.stages == 1:
+    def __init__(self, core: GraspCore, release: OnPolicyRegression | None = None, file: str | Path = FILE) -> None:
+        self._release = shipped_release(core, self.name) if release is None else release
+        if core.config.grasp.stages == 1:
             raise UsageError("controller 'fitted_q' grasps first and throws next; this level has `stages: 1`")
-        self._config, self._residual = config, residual
-        self._values = GraspValues(config)
+        self._config, self.values = core.config, GraspValues(core.config)
+        """The values of places and paces, which are parts of other controllers too."""
         load_state(self, at(file))
 
     def reset(self, seed: int) -> None:
         """Reseed the random numbers; what was learned stays."""
-        self._values.reseed(seed)
+        self.values.reseed(seed)
 
     def begin_practice(self, throws: int) -> None:
         """Forget the values, and explore places and paces."""
-        check_libraries(*self._values.libraries)
+        check_libraries(*self.values.libraries)
         if self._config.grasp.objects > 1:
             raise UsageError("controller 'fitted_q' practises on single objects; this level has groups of objects")
-        self._values.begin_practice(throws)
+        self.values.begin_practice(throws)
 
     def end_practice(self) -> None:
         """Fit the values to all picks, and stop exploring."""
-        self._values.end_practice()
+        self.values.end_practice()
 
     def act(self, observation: Observation) -> Actions:
         """Actions (N, 6): of the grasp where the cup is free, of the throw where the object hangs."""
-        rules = self._config.grasp
-        action = np.zeros((len(observation.kind), 6), dtype=np.float32)
-        held, _ = phases(observation, rules.tries)
-        free = np.flatnonzero(~held)
-        if free.size > 0:
-            place, rides = self._values.places(observation, free)
-            action[free, :2] = np.clip(place / rules.reach, -1.0, 1.0)
-            action[free[rides], 2] = GIVE_UP
-        slow, fast = rules.pace
-        action[:, 3] = 2.0 * (self._values.shares(observation) - slow) / (fast - slow) - 1.0
-        action[:, RESIDUAL] = self._residual.act(grasps.observe(observation, action, self._config))
-        return action
+        choice = choose(observation, self._config, self.values, self.values, self._config.grasp.tries)
+        return choice.action(observation, self._config, self._release)
 
     def learn(self, outcome: Outcome) -> None:
         """Learn from picks that are over."""
-        self._values.learn(outcome)
+        self.values.learn(outcome)
 
     def state(self) -> State:
         """State of the values."""
-        return self._values.state()
+        return self.values.state()
 
     def restore(self, state: State) -> None:
         """Load the state of the values."""
-        self._values.restore(state)
+        self.values.restore(state)

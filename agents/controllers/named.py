@@ -11,19 +11,19 @@ from gymnasium import Space
 
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.grasp.core import GraspCore
 
 from ..ground.cli import UsageError, about, check_known, settings_of
 from ..ground.environments import Env, core_of
-from ..ground.places import ADAPTIVE, GRASPING
+from ..ground.places import ADAPTIVE
 from . import state
 from .adaptive import IN_CONTEXT, STATIC, Adaptive, has_feedback
 from .fitted_q import FittedQ
 from .goals import virtual_goal
-from .grasps import Centre, GraspController, Place, residual_width
+from .grasp_oracle import GraspOracle
+from .grasps import Centre, GraspController, Place, new_release, shipped_release
 from .in_context import InContext
 from .oracle import Analytic, Oracle, Random
-from .places import OraclePlaces, centroid, flattest, local_mlp
+from .places import TrueSurface, centroid, flattest, local_mlp
 from .protocol import Controller
 from .regression import Mlp, OnPolicyRegression, Ridge
 from .trackers import Kalman, NoTracker, OracleTracker, RecursiveRidge, RunningMean, Tracker
@@ -83,12 +83,16 @@ _PLACES: Mapping[str, Callable[..., Place]] = {
     "centroid": centroid,
     "flattest": flattest,
     "local_mlp": local_mlp,
-    "oracle_grasp": OraclePlaces,
+    "true_surface": TrueSurface,
 }
 """Rules where to grasp by controller; each throws with the same paces and the same residual."""
-FITTED_Q = "fitted_q"
-"""The controller that learns where to grasp and how fast to throw from rewards."""
-GRASPING_NAMES = (*_PLACES, FITTED_Q)
+_GRASPS: Mapping[str, Any] = {"fitted_q": FittedQ, "oracle_grasp": GraspOracle}
+"""Controllers that choose where to grasp in ways of their own: one learns from rewards, one simulates beforehand."""
+_RELEASES: Final[Mapping[str, Callable[..., OnPolicyRegression]]] = {"shipped": shipped_release, "none": new_release}
+"""How the residual of a controller that grasps begins."""
+CHEATS: Final = ("true_surface", "oracle_grasp", "oracle", "oracle_drift")
+"""Controllers that know what is hidden."""
+GRASPING_NAMES = (*_PLACES, *_GRASPS)
 """Names of the controllers that choose where to grasp."""
 NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS, POSTERIOR, *GRASPING_NAMES)
 
@@ -122,28 +126,23 @@ def make(name: str, env: Env, **options: Any) -> Controller:
 def _settings(name: str) -> list[str]:
     """Names of the settings of a controller."""
     if name in GRASPING_NAMES:
-        return ["residual", *settings_of(*([FittedQ] if name == FITTED_Q else [_PLACES[name], GraspController]))]
+        own = settings_of(*([_GRASPS[name]] if name in _GRASPS else [_PLACES[name], GraspController]))
+        return ["residual", *(setting for setting in own if setting != "release")]
     return settings_of(*([_SETTINGS[name]] if name in _SETTINGS else []))
 
 
 def _make(name: str, env: Env, options: Mapping[str, Any]) -> Controller:
     """Controller that grasps, with the residual that ships, or with none for the option `residual=none`."""
-    core = core_of(env)
-    if not isinstance(core, GraspCore):
-        raise UsageError(f"controller {name!r} chooses where to grasp; use --env PnTGrasp-v0")
+    core: Any = core_of(env)  # a part says so where it is no cell that grasps
     others = dict(options)
     begin = others.pop("residual", "shipped")
-    correction = core.correction
-    assert correction is not None  # of the mode `release_point`
-    residual = OnPolicyRegression(name, correction, residual_width(), Mlp())
-    if begin not in ("shipped", "none"):
+    if begin not in _RELEASES:
         raise UsageError(f"residual is {begin!r}; it must be 'shipped' or 'none'")
-    if begin == "shipped":
-        residual.restore(state.read(GRASPING / "residual.npz")[1])
-    if name == FITTED_Q:
-        return FittedQ(core.config, residual, **others)
+    release = _RELEASES[begin](core, name)
+    if name in _GRASPS:
+        return _GRASPS[name](core, release, **others)
     of_place = {key: others.pop(key) for key in options if key in inspect.signature(_PLACES[name]).parameters}
-    return GraspController(name, core.config, correction, _PLACES[name](core, **of_place), residual, **others)
+    return GraspController(name, core, _PLACES[name](core, **of_place), release=release, **others)
 
 
 def _correction(name: str, env: Env) -> Correction:
@@ -196,7 +195,8 @@ WORDS: Final[Mapping[str, str]] = {
     "flattest": "Grasps where the picture is flat under the cup and around; `rule` is depth, colour or naive",
     "local_mlp": "Grasps where a network on features of the picture expects the most; it learned from tries on `grasp`",
     "fitted_q": "Grasps and throws by two networks of values, which learned on `grasp` from rewards alone",
-    "oracle_grasp": "Cheats: grasps where a try is worth most by the true surface, without the error of the cup",
+    "true_surface": "Cheats: grasps where a try is worth most by the true surface, without the error of the cup",
+    "oracle_grasp": "Cheats: simulates each try and each throw first, and takes the fastest throw that is sorted",
     "oracle_drift": "Cheats: an MLP, minus the effect of the true drift; draught is not corrected",
 }
 """Descriptions of controllers that share a class: each names its estimate of the drift, or its place to grasp."""

@@ -1,4 +1,4 @@
-"""Places of the cup by a rule on the pictures, by a network, or by an oracle, as controllers use them."""
+"""Places of the cup by a rule on the pictures, by a network, or by the true surface, as controllers use them."""
 
 from __future__ import annotations
 
@@ -18,16 +18,19 @@ from ..grasping import rules
 from ..grasping.features import PlaceFeatures, place_features
 from ..grasping.network import PlaceNetwork
 from ..grasping.practice import network_places, worth_maps
-from ..grasping.rules import COLOURED, mean_scores, oracle_places
+from ..grasping.rules import COLOURED, mean_scores, surface_places
 from ..grasping.scenes import Scenes
 from ..ground.cli import UsageError
 from ..ground.places import GRASPING, at
 from .protocol import Observation
 
+AVOID: Final = 1.0
+"""Distance of a further try from the place that failed, in radii of the cup."""
+
 
 @final
-class Choice(NamedTuple):
-    """A rule or a network that chooses places."""
+class Chooser(NamedTuple):
+    """A rule or a network that chooses places in pictures."""
 
     places: Callable[[PlaceFeatures], Floats]
     """From the features of places in N pictures to places of cups, from the pictures' middles (N, 2) [m]."""
@@ -35,13 +38,11 @@ class Choice(NamedTuple):
     """From these features to the scores by which the choice is made (N, 48, 48); NaN or 0 beside the object."""
 
 
-AVOID: Final = 1.0
-"""Distance of a further try from the place that failed, in radii of the cup."""
-RULES: Final[dict[str, Choice]] = {
-    "centroid": Choice(rules.centroid, lambda seen: seen.maps(-seen.column("distance"))),
-    "naive": Choice(rules.flattest, lambda seen: seen.maps(-seen.column("rough_in"))),
-    "depth": Choice(rules.places, lambda seen: seen.maps(mean_scores(seen))),
-    "colour": Choice(lambda seen: rules.places(seen, COLOURED), lambda seen: seen.maps(mean_scores(seen, COLOURED))),
+RULES: Final[dict[str, Chooser]] = {
+    "centroid": Chooser(rules.centroid, lambda seen: seen.maps(-seen.column("distance"))),
+    "naive": Chooser(rules.flattest, lambda seen: seen.maps(-seen.column("rough_in"))),
+    "depth": Chooser(rules.places, lambda seen: seen.maps(mean_scores(seen))),
+    "colour": Chooser(lambda seen: rules.places(seen, COLOURED), lambda seen: seen.maps(mean_scores(seen, COLOURED))),
 }
 """Rules on pictures by name."""
 
@@ -58,7 +59,7 @@ class Sight:
         UsageError: `avoid` is negative.
     """
 
-    def __init__(self, core: GraspCore, avoid: float) -> None:
+    def __init__(self, core: GraspCore, avoid: float = AVOID) -> None:
         if not 0.0 <= avoid < math.inf:
             raise UsageError(f"avoid is {avoid:g}; it must be 0 or a number of radii")
         self._avoid, self._rules = avoid, core.config.grasp
@@ -86,7 +87,7 @@ class PicturePlaces:
         avoid: see `Sight`.
     """
 
-    def __init__(self, core: GraspCore, choice: Choice, avoid: float = AVOID) -> None:
+    def __init__(self, core: GraspCore, choice: Chooser, avoid: float = AVOID) -> None:
         self._choice, self._sight = choice, Sight(core, avoid)
 
     def places(self, observation: Observation, rows: Ints) -> Floats:
@@ -99,8 +100,8 @@ class PicturePlaces:
 
 
 @final
-class OraclePlaces:
-    """The places with the highest expected worth, by the true surfaces.
+class TrueSurface:
+    """The places with the highest expected worth by the true surfaces, without the errors of the cups.
 
     Args:
         core: the cells.
@@ -111,12 +112,12 @@ class OraclePlaces:
 
     def __init__(self, core: GraspCore) -> None:
         if core.config.grasp.objects > 1 or core.config.surface is None:
-            raise UsageError("controller 'oracle_grasp' knows single objects with surfaces; choose another one here")
+            raise UsageError("controller 'true_surface' knows single objects with surfaces; choose another one here")
         self._core = core
 
     def places(self, observation: Observation, rows: Ints) -> Floats:
         """Places of the cups for some rows (K, 2) [m]."""
-        return oracle_places(Scenes.of_picks(self._core.config, take(self._core.picks, rows)))
+        return surface_places(Scenes.of_picks(self._core.config, take(self._core.picks, rows)))
 
     def maps(self, observation: Observation, rows: Ints) -> Floats:
         """True expected worths of the places for some rows (K, 48, 48)."""
@@ -156,5 +157,5 @@ def local_mlp(core: GraspCore, file: str | Path = GRASPING / "local_mlp.npz", av
         UsageError: there is no such file, or the file holds no network.
     """
     network = PlaceNetwork.load(at(file))
-    choice = Choice(lambda seen: network_places(seen, network), lambda seen: worth_maps(seen, network))
+    choice = Chooser(lambda seen: network_places(seen, network), lambda seen: worth_maps(seen, network))
     return PicturePlaces(core, choice, avoid)

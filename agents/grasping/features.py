@@ -74,6 +74,12 @@ class PlaceFeatures(NamedTuple):
         chosen[self.picture[rows]] = self.places()[rows]
         return chosen
 
+    def highest(self, score: Floats) -> Floats:
+        """The highest score (T,) in each picture (N,); -inf without an object."""
+        most, rows = np.full(self.pictures, -np.inf), self.best_rows(score)
+        most[self.picture[rows]] = score[rows]
+        return most
+
     def maps(self, score: Floats, empty: float = np.nan) -> Floats:
         """Scores (T,) as maps (N, 48, 48)."""
         maps = np.full((self.pictures, 48, 48), empty)

@@ -1,9 +1,8 @@
-"""Rules for the place of a cup, and what an oracle knows of it."""
+"""Rules for the place of a cup, on pictures or by the true surface."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from itertools import product
+from collections.abc import Callable
 from typing import Final, NamedTuple, final
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.grasp.images import pixel_places
 
-from .features import PlaceFeatures, best_places, blur_maps, place_features
+from .features import PlaceFeatures, best_places, blur_maps
 from .scenes import Scenes
 
 
@@ -35,10 +34,10 @@ class Weights(NamedTuple):
     """Of the difference of brightness and warmth from the rest of the object."""
 
 
-TUNED: Final = Weights(rough_in=0.0, rough_out=1.0, distance=2.0, slope=8.0)
-"""The best of the settings without colour by tries on seen kinds (`agents.grasping.rules`, seed 0)."""
-COLOURED: Final = Weights(rough_in=0.0, rough_out=1.0, distance=1.0, slope=8.0, matte=4.0)
-"""The best of the settings with colour by the same number of tries."""
+TUNED: Final = Weights(rough_in=0.527, rough_out=0.473, distance=2.22, slope=62.6, belt=98.0, matte=37.1)
+"""Weights of a rule that sees depths alone, by tries on seen kinds (`agents.grasping.tuning`, seed 0)."""
+COLOURED: Final = Weights(rough_in=0.276, rough_out=0.724, distance=1.94, slope=65.8, belt=96.9, matte=41.6, odd=-5.38)
+"""Weights of a rule that sees colours too, by as many tries."""
 
 
 def centroid(features: PlaceFeatures) -> Floats:
@@ -46,15 +45,25 @@ def centroid(features: PlaceFeatures) -> Floats:
     return features.best(-features.column("distance"))
 
 
-def scores(features: PlaceFeatures, weights: Weights) -> Floats:
-    """Scores (T,) of places."""
+TERMS: Final = Weights._fields
+"""Names of a score's terms."""
+
+
+def terms(features: PlaceFeatures) -> tuple[Floats, ...]:
+    """The terms of a score, (T,) each, in the order of the weights; the less, the better."""
     column = features.column
     odd = np.abs(column("gray_in") - column("object_gray")) + np.abs(column("warm_in") - column("object_warm"))
-    terms = (
+    return (
         column("rough_in"), column("rough_out"), column("distance"), column("slope_in"), column("belt_out"),
         column("valid_in"), odd,
     )  # fmt: skip
-    return -np.asarray(sum(weight * term for weight, term in zip(weights, terms, strict=True) if weight != 0.0))
+
+
+def scores(features: PlaceFeatures, weights: Weights) -> Floats:
+    """Scores (T,) of places."""
+    return -np.asarray(
+        sum(weight * term for weight, term in zip(weights, terms(features), strict=True) if weight != 0.0)
+    )
 
 
 def mean_scores(features: PlaceFeatures, weights: Weights = TUNED) -> Floats:
@@ -79,14 +88,14 @@ def flattest(features: PlaceFeatures) -> Floats:
 def maps(scenes: Scenes) -> Floats:
     """Exact expected worths (N, 48, 48) of tries with the cup sent to each pixel.
 
-    Everything hidden is known, but not the error of the cup's place and the luck of a try.
+    The surface, the mass and the centre of mass are known; the error of the cup's place and the luck of a try are not.
     """
     places = pixel_places().reshape(1, -1, 2) - scenes.middle[:, None]
     worth = scenes.worth(places).reshape(-1, 48, 48)
     return blur_maps(worth, scenes.placing)
 
 
-def oracle_places(scenes: Scenes) -> Floats:
+def surface_places(scenes: Scenes) -> Floats:
     """The places with the highest exact expected worths (N, 2) [m]."""
     return np.concatenate([best_places(maps(part)) for part in scenes.parts(100)])
 
@@ -97,40 +106,6 @@ PLACES: Final[dict[str, Callable[[Scenes, PlaceFeatures], Floats]]] = {
     "flattest, naive": lambda scenes, features: flattest(features),
     "flattest, tuned": lambda scenes, features: places(features, TUNED),
     "flattest, tuned with colour": lambda scenes, features: places(features, COLOURED),
-    "oracle": lambda scenes, features: oracle_places(scenes),
+    "true surface": lambda scenes, features: surface_places(scenes),
 }
-"""Places (N, 2) [m] by the rules and by the oracle, by the names of tables."""
-
-
-DEPTH_SETTINGS: Final = tuple(
-    Weights(rough_in=share, rough_out=1.0 - share, distance=distance, slope=slope)
-    for share, distance, slope in product((0.0, 0.5, 1.0), (0.2, 0.5, 1.0, 2.0, 4.0, 8.0), (0.0, 4.0, 8.0, 16.0))
-)
-"""72 settings without colour."""
-STAGES: Final = 3
-"""Rounds; each leaves a quarter of the settings, and takes the same number of tries."""
-
-
-def settings(weights: Weights) -> tuple[Weights, ...]:
-    """64 settings with colour and gloss around a setting without."""
-    return tuple(
-        weights._replace(matte=matte, odd=odd, distance=weights.distance * factor)
-        for matte, odd, factor in product(
-            (-2.0, 0.0, 1.0, 2.0, 4.0, 8.0, 12.0, 16.0), (-2.0, 0.0, 1.0, 2.0), (0.5, 1.0)
-        )
-    )
-
-
-def tune(level: str, settings: Sequence[Weights], tries: int, seed: int) -> Weights:
-    """The setting whose tries are worth the most, by successive halving; every try is on a fresh object."""
-    left = list(settings)
-    for stage in range(STAGES):
-        count = max(tries // (STAGES * len(left)), 1)
-        scores: list[float] = []
-        for k, weights in enumerate(left):
-            scenes = Scenes.draw(level, count, 100_000 * (seed + 1) + 1000 * stage + k)
-            features = place_features(scenes.images, scenes.radius)
-            scores.append(float(scenes.try_places(places(features, weights)).worth.mean()))
-        keep = max(len(left) // 4, 1) if stage < STAGES - 1 else 1
-        left = [left[k] for k in np.argsort(scores)[::-1][:keep]]
-    return left[0]
+"""Places (N, 2) [m] by the rules, by the names of tables."""

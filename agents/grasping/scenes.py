@@ -1,8 +1,8 @@
 """Objects in pictures and tries at places on them, without a robot: what a cup at a place would hold.
 
-A try needs no throw: the vacuum says whether the object is held, and statics with the hidden mass, centre of mass and
-place of the cup say whether the hold would survive a throw. So tens of thousands of tries take seconds. A gauge on a
-real cell says the first alone.
+A try needs no throw: the gauge says whether the object is held, and gauge and scales say how fast the grip lets the
+object be thrown. These are the labels from which rules and networks learn, and tens of thousands of tries take seconds.
+To judge places, statics with the hidden mass, centre of mass and place of the cup say whether the hold would survive.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, take
+from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.base.catalogue import TYPICAL
 from pnt_gym.cells.base.grip import Hold
 from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES
@@ -29,6 +29,7 @@ from pnt_gym.cells.grasp.rows import Surfaces
 from pnt_gym.cells.grasp.surfaces import (
     TRY,
     draw_surfaces,
+    later_keys,
     least_force,
     normal_draw,
     object_keys,
@@ -39,8 +40,12 @@ from pnt_gym.cells.grasp.surfaces import (
 )
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
 
+from .gauge import allowed_acceleration
+
 PERCENT: Final = 45.0
 """Speed setting at which an object that is held should stay under its cup [%]."""
+TOGETHER: Final = 20_000
+"""Tries that are made at once, to bound the memory."""
 HELD: Final = 0.7
 """Worth of an object that is held, but has to be thrown more slowly than at `PERCENT`, over that of a fast one; assumed
 from cycles of 1.0 s and 0.7 s."""
@@ -53,13 +58,13 @@ class Tries(NamedTuple):
     held: Bools
     kept: Bools
     """Whether the object is held, and would stay under the cup at `PERCENT`, accelerated in the worst direction."""
-    force: Floats
-    """Force of the vacuum (N,) [N]."""
+    allowed: Bools
+    """Whether gauge and scales allow a throw at `PERCENT`, as the pace by the gauge does."""
 
     @property
     def worth(self) -> Floats:
-        """Worth of the tries for a learner (N,): 1 if kept, `HELD` if held, else 0."""
-        return np.where(self.held, np.where(self.kept, 1.0, HELD), 0.0)
+        """Worth of the tries as sensors say it (N,): 1 if held and allowed at `PERCENT`, `HELD` if held, else 0."""
+        return np.where(self.held, np.where(self.allowed, 1.0, HELD), 0.0)
 
 
 @final
@@ -129,7 +134,21 @@ class Scenes:
         true = places - self.middle + self.error
         force = seal_at(self.surfaces, self.objects, true[:, None]).force[:, 0]
         held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)), self.surface)
-        return Tries(held, held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0), force)
+        kept = held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0)
+        return Tries(held, kept, self._allowed(force, places))
+
+    def worths_of_tries(self, rows: Ints, places: Floats) -> Floats:
+        """Worths (T,) of tries at places of some objects (T,), (T, 2) from the middles of their pictures [m]."""
+        parts = (slice(begin, begin + TOGETHER) for begin in range(0, len(rows), TOGETHER))
+        return np.concatenate([take(self, rows[part]).try_places(places[part]).worth for part in parts])
+
+    def _allowed(self, force: Floats, places: Floats) -> Bools:
+        """Whether gauge and scales allow throws at `PERCENT`, by forces (N,) [N] of cups sent to places (N, 2) [m]."""
+        objects, seen = self.objects, self.objects.measured
+        offset = np.hypot(*places.T)
+        vacuum = seen.seal * (force / objects.seal)
+        hold = Hold(vacuum, seen.mass, objects.cup_friction, seen.size[:, 2] / 2.0, offset, objects.cup_radius)
+        return allowed_acceleration(hold) >= T3KR_ACCELERATION * PERCENT / 100.0
 
     def worth(self, places: Floats) -> Floats:
         """Expected worths (N, P) of tries with the cup at true places (N, P, 2) from the outlines' middles [m]."""
@@ -140,13 +159,38 @@ class Scenes:
 
     def margins(self, force: Floats, places: Floats) -> Floats:
         """Holding force over load at `PERCENT`, for forces (N, P) [N] at places (N, P, 2) [m] as of `seal_at`."""
-        objects, count = self.objects, force.shape[1]
-        offset = np.hypot(*np.moveaxis(places - self.surfaces.com[:, None], -1, 0))
-        columns = (objects.mass, objects.cup_friction, objects.com_depth, objects.cup_radius)
-        mass, friction, depth, radius = (np.repeat(column, count) for column in columns)
-        hold = Hold(force.reshape(-1), mass, friction, depth, offset.reshape(-1), radius)
         acceleration = np.full(force.size, T3KR_ACCELERATION * PERCENT / 100.0)
-        return hold.least_margin(acceleration).reshape(force.shape)
+        return self._hold(force, self._distance(places)).least_margin(acceleration).reshape(force.shape)
+
+    def strength(self, places: Floats, number: Ints) -> tuple[Floats, Floats]:
+        """What each object's try of a number would give at places, with the luck of that try.
+
+        Args:
+            places: places of the cups from the pictures' middles, the same for all objects (P, 2) [m].
+            number: numbers of the tries, from 0 (N,).
+
+        Returns:
+            The accelerations that the holds survive in any direction (N, P) [m/s2], -inf where the cup does not hold;
+            and the distances of the cups from the centres of mass (N, P) [m].
+        """
+        true = places - self.middle[:, None] + self.error[:, None]
+        force, distance = seal_at(self.surfaces, self.objects, true).force, self._distance(true)
+        luck = normal_draw(later_keys(object_keys(self.objects, TRY), number))
+        known = force / max(self.config.mismatch, 1e-9)
+        holds = seal_holds(known, self.objects, np.repeat(luck[:, None], len(places), axis=1), self.surface)
+        strength = self._hold(force, distance).acceleration(1.0).reshape(force.shape)
+        return np.where(holds, strength, -np.inf), distance
+
+    def _distance(self, places: Floats) -> Floats:
+        """Distances (N, P) [m] of places (N, P, 2) from the centres of mass."""
+        return np.hypot(*np.moveaxis(places - self.surfaces.com[:, None], -1, 0))
+
+    def _hold(self, force: Floats, distance: Floats) -> Hold:
+        """True objects under cups by forces (N, P) [N] at distances (N, P) [m] from the centres of mass, row by row."""
+        objects = self.objects
+        columns = (objects.mass, objects.cup_friction, objects.com_depth, objects.cup_radius)
+        mass, friction, depth, radius = (np.repeat(column, force.shape[1]) for column in columns)
+        return Hold(force.reshape(-1), mass, friction, depth, distance.reshape(-1), radius)
 
 
 SIZES: Final = ((0.05, 0.20), (0.6, 1.0), (0.15, 1.0))

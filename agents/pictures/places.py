@@ -13,7 +13,7 @@ from ..grasping import rules
 from ..grasping.features import place_features
 from ..grasping.network import PlaceNetwork
 from ..grasping.practice import network_places, worth_maps
-from ..grasping.rules import mean_scores, oracle_places
+from ..grasping.rules import mean_scores, surface_places
 from ..grasping.scenes import Scenes
 from ..ground.drawings import WIDTH, Figure, subplots
 from ..ground.places import GRASPING
@@ -45,14 +45,14 @@ class Examples(NamedTuple):
 
 
 def examples() -> Examples:
-    """The objects and what rule, network and oracle make of them."""
+    """The objects and what rule, network and true surface make of them."""
     scenes = Scenes.draw(LEVEL, OBJECTS, SEED)
     features, network = place_features(scenes.images, scenes.radius), PlaceNetwork.load(GRASPING / "local_mlp.npz")
     maps = {"rule": features.maps(mean_scores(features)), "network": worth_maps(features, network)}
     places = {
         "rule": rules.places(features),
         "network": network_places(features, network),
-        "truth": oracle_places(scenes),
+        "truth": surface_places(scenes),
     }
     truth = np.concatenate([rules.maps(part) for part in scenes.parts(100)])
     return Examples(scenes, truth, maps, places)

@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from ..controllers.named import CHEATS
 from ..dispatchers.settings import PLANNERS
-from ..grasping.scenes import HELD, PERCENT
 from ..ground import metrics
 from ..judging.throw_record import ThrowRecord
 from ..reproduce.record import verdicts
@@ -110,11 +110,9 @@ def drift(results: Results) -> Values:
 
 
 def grasp(results: Results) -> Values:
-    """The middle, a tuned rule, networks and an oracle of the cup's place, on seen and on unseen kinds."""
+    """The middle, a tuned rule, networks and an oracle of grasps, on seen and on unseen kinds."""
     data = _read(results, "benchmark_grasp")
     level, rows = first_level(data)
-    oracle = _row(rows, "oracle_grasp")
-    above = [row for row in rows if _pace(row) > _pace(oracle)]
     names = {"rule": "flattest", "network": "local_mlp", "depth": "local_mlp_depth"}
     unseen = {name: rows_of(data, [name]) for name in data["plan"]["levels"] if name != level}
     return {
@@ -123,16 +121,21 @@ def grasp(results: Results) -> Values:
         "rule": _row(rows, "flattest"),
         "network": _row(rows, "local_mlp"),
         "rewarded": next((row for row in rows if row["label"] == "fitted_q"), None),
-        "oracle": oracle,
-        "percent": f"{PERCENT:g}",
-        "held": f"{HELD:g}",
-        "above": above,
-        "top": max(above, key=_pace, default=None),
+        "ceiling": _ceiling(rows),
         "unseen": [
-            {"level": name, **{role: _row(of, label) for role, label in names.items()}} for name, of in unseen.items()
+            {"level": name, **{role: _row(of, label) for role, label in names.items()}, "ceiling": _ceiling(of)}
+            for name, of in unseen.items()
         ],
         "gain": lambda one, other: difference(data, one["level"], one, other),
     }
+
+
+def _ceiling(rows: Sequence[Data]) -> Values:
+    """The oracle of grasps, the best of all others, and its share of what the oracle gains on the middle."""
+    oracle, middle = _row(rows, "oracle_grasp"), _row(rows, "centre")
+    best = max((row for row in rows if row["controller"] not in CHEATS), key=_pace)
+    share = (_pace(best) - _pace(middle)) / (_pace(oracle) - _pace(middle))
+    return {"oracle": oracle, "best": best, "share": share}
 
 
 def order(results: Results) -> Values:

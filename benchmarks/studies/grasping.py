@@ -11,18 +11,18 @@ from typing import Any, Final, cast
 
 import numpy as np
 
-from agents.grasping import rules
 from agents.grasping.features import SIGHTS, PlaceFeatures, place_features
 from agents.grasping.practice import Practice, network_places, practise
-from agents.grasping.rules import DEPTH_SETTINGS, PLACES, tune
+from agents.grasping.rules import PLACES
 from agents.grasping.scenes import Scenes, Tries, with_drawn_kinds
-from agents.ground.metrics import rate_difference, throughput, wilson
+from agents.grasping.tuning import FREE, PlaceTable, tune
+from agents.ground.metrics import Interval, rate, rate_difference, throughput, wilson
 from agents.judging import trials
 from agents.judging.evaluation import open_cells
 from agents.judging.throw_record import ThrowRecord
 from agents.judging.throws import Throws
 from agents.results.study import Amount, Figures, Settings
-from pnt_gym.arrays import concatenate_records, take
+from pnt_gym.arrays import Floats, concatenate_records, take
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.images import draw_images
 from pnt_gym.cells.grasp.surfaces import surface_table
@@ -30,6 +30,8 @@ from pnt_gym.cells.grasp.surfaces import surface_table
 ENV: Final = "PnTGrasp-v0"
 CELLS: Final = 64
 """Rows side by side; a part of what a seed means."""
+PRACTISED: Final = 5_000_000
+"""Offset of the seeds of the objects on which rules are tuned."""
 
 
 @cache
@@ -71,15 +73,33 @@ def network(settings: Settings, amount: Amount) -> Figures:
 
 
 def tuning(settings: Settings, amount: Amount) -> Figures:
-    """The settings of the rules that tries choose, first without colour, then with colour.
+    """The weights of a rule that tries choose, and what the rule's tries are worth on other objects.
 
     Args:
-        settings: `tries` of each choice; `seed`.
-        amount: nothing of it.
+        settings: `objects` on which every setting is tried; `sees`, depth or colour; `seed` of objects and search.
+        amount: objects on which the choice is judged, of seen and of unseen kinds.
     """
-    depth = tune("grasp", DEPTH_SETTINGS, settings["tries"], settings["seed"])
-    colour = tune("grasp", rules.settings(depth), settings["tries"], settings["seed"] + 1)
-    return {"tuned": list(depth), "coloured": list(colour)}
+    table = _table("grasp", settings["objects"], PRACTISED + settings["seed"])
+    weights = tune(table, FREE[settings["sees"]], settings["seed"])
+    judged = {"seen": "grasp", "unseen": "grasp_unseen"}
+    worths = {name: _table(level, amount.throws, amount.seed).worths(weights) for name, level in judged.items()}
+    return {
+        "practised": float(table.worths(weights).mean()),
+        **{name: estimate(worth) for name, worth in worths.items()},
+        **weights._asdict(),
+    }
+
+
+@cache
+def _table(level: str, objects: int, seed: int) -> PlaceTable:
+    """The places of objects and what tries there are worth."""
+    return PlaceTable.draw(level, objects, seed)
+
+
+def estimate(values: Floats) -> Figures:
+    """The mean of values (N,) with its 95 % interval."""
+    value, half = float(values.mean()), 1.96 * float(values.std()) / len(values) ** 0.5
+    return {"value": value, "low": value - half, "high": value + half}
 
 
 def camera(settings: Settings, amount: Amount) -> Figures:
@@ -112,7 +132,9 @@ def thrown(settings: Settings, amount: Amount) -> Figures:
     level = with_cups(settings["level"], settings.get("cups", 1.0))
     runs = [_throws_of(settings, level, seed, amount) for seed in range(settings.get("seeds", 1))]
     throws = concatenate_records(runs)
+    sorted_share, seconds = (np.mean([getattr(run, name) for run in runs], axis=0) for name in ("sorted", "cycle_time"))
     figures = {
+        "rate": _ends(rate(sorted_share, seconds)),
         "sorted_per_min": throughput(throws.sorted, throws.cycle_time).sorted,
         "success": float(throws.sorted.mean()),
         "held": float(throws.picked.mean()),
@@ -123,9 +145,13 @@ def thrown(settings: Settings, amount: Amount) -> Figures:
     if "reference" not in settings:
         return figures
     reference = _throws(json.dumps(level), settings["reference"], "{}", 0, 0, amount)
-    sorted_share, seconds = (np.mean([getattr(run, name) for run in runs], axis=0) for name in ("sorted", "cycle_time"))
     gain = rate_difference(sorted_share, seconds, reference.sorted, reference.cycle_time)
-    return {**figures, "gain": {"value": gain.value, "low": gain.low, "high": gain.high}}
+    return {**figures, "gain": _ends(gain)}
+
+
+def _ends(interval: Interval) -> Figures:
+    """A value with the ends of its interval."""
+    return {"value": interval.value, "low": interval.low, "high": interval.high}
 
 
 def with_cups(level: Mapping[str, Any], factor: float) -> dict[str, Any]:

@@ -58,7 +58,8 @@ class PnTGraspEnv(CoreEnv, observes=TABLE):
     A place from which no throw reaches the bin is moved towards the picture's middle, and a pace at which no throw
     reaches it is raised; `info["place"]` and `info["pace"]` are what was done. `pixel_action(row, column)` of the
     unwrapped environment is the action with its cup at a pixel. A further try takes 0.20 s, in which belt and hand move
-    on; an object that would leave the window meanwhile has no further try, and its last number 2 is read as a throw.
+    on; an object that would leave the window meanwhile has no further try, and its last number 2 is read as a throw. On
+    levels with `grasp.skip: true` an object may ride on before the first try too; the hand then goes on at once.
 
     ## Observation Space
 

@@ -34,7 +34,7 @@ class Wishes:
     again: Bools
     """Whether an object that hangs is to be grasped again (N,)."""
     rides: Bools
-    """Whether an object is to ride on, after a try: put down, or given up (N,)."""
+    """Whether an object is to ride on: put down, or given up (N,)."""
     pace: Floats
     """Largest acceleration of the throw, as a share of the robot's (N,)."""
     residual: Floats

@@ -56,6 +56,23 @@ class Attempts(Columns):
         )  # fmt: skip
 
 
+def tries_left(config: GraspConfig, tries: Ints, picks: Context) -> Ints:
+    """Numbers of tries that are left of N picks (N,): of the level, and until the object leaves the window.
+
+    Args:
+        config: the cell.
+        tries: numbers of tries that are over (N,).
+        picks: the picks.
+    """
+    rules = config.grasp
+    left = rules.tries - tries
+    if rules.retry == 0.0:
+        return left
+    way = config.belt.pick_x[1] - picks.pick[:, 0]
+    later = np.floor(way / (config.belt.speed * rules.retry)).astype(np.int64)
+    return np.where(tries > 0, np.minimum(left, np.maximum(later, 0)), left)
+
+
 @final
 class Grasper:
     """Grasps objects at places of the cup.

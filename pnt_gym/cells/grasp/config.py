@@ -59,6 +59,11 @@ class Grasping(Section):
         default=0.20,
         description="Time of each further try, in which the belt moves on; assumed [s].",
     )
+    skip: bool = Field(
+        default=False,
+        description="Whether an object may ride on before the first try. The hand then goes on at once, without the "
+        "dwell of a try; with independent picks.",
+    )
     reach: Annotated[float, Field(gt=0, le=0.115)] = Field(
         default=0.100, description="Distance of the cup from the picture's middle along x or y, for an action of 1 [m]."
     )
@@ -98,6 +103,8 @@ class GraspConfig(ConveyorConfig):
         slow, fast = self.grasp.pace
         if slow > fast:
             yield f"grasp.pace runs from {slow:g} to {fast:g}; the first value must not be larger"
+        if self.grasp.skip and self.grasp.picks == "belt":
+            yield "grasp.skip is true; on the belt, where a hand has reached the object that it sees, it must be false"
         if self.grasp.objects > 1 and self.grasp.picks == "belt":
             yield f"grasp.objects is {self.grasp.objects}; it must be 1 on the belt"
         if self.grasp.tries > 1 and not self.belt.tracking:

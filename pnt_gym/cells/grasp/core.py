@@ -21,7 +21,7 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import inside_outline, picked
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.action import MODE, Wishes, names_of, read_actions
-from pnt_gym.cells.grasp.attempts import Attempts, Grasper
+from pnt_gym.cells.grasp.attempts import Attempts, Grasper, tries_left
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.groups import GroupPicks
 from pnt_gym.cells.grasp.observation import SPACE, GraspSight, encode
@@ -58,8 +58,9 @@ class GraspCore:
         """The core that throws, with the conveyor's actions."""
         self.correction = self.throws.correction
         """How the last two numbers of an action move the landing."""
-        self._grasper = Grasper(config, self.cell.planner)
-        self.pictures = PictureMaker(config, self._grasper.surfaces)
+        self.grasper = Grasper(config, self.cell.planner)
+        """Grasps objects, and plans their throws."""
+        self.pictures = PictureMaker(config, self.grasper.surfaces)
         """Draws the pictures; a benchmark replaces it by one that draws nothing."""
         self.picks: Context = self.cell.context
         """The coming picks with cups in the middles of the objects' outlines (N,), of groups the objects tried last."""
@@ -78,7 +79,7 @@ class GraspCore:
 
     def observe(self) -> Observation:
         """Pictures and vectors of the coming steps (N, ...)."""
-        sight = GraspSight(self.cell.context, self.attempts, self._tries_left())
+        sight = GraspSight(self.cell.context, self.attempts, self.tries_left())
         return {"image": self._images.copy(), "vector": encode(sight)}
 
     def kinds(self) -> dict[str, NDArray[Any]]:
@@ -115,14 +116,12 @@ class GraspCore:
 
     def _advance(self, wishes: Wishes, active: Bools) -> tuple[Bools, dict[str, NDArray[Any]]]:
         """Grasp where actions ask for it; returns which picks end in this step (N,), and the info of all tries."""
-        before = self.attempts
-        gives_up = wishes.rides & (before.tries > 0)
-        grasps = active & ~gives_up & (~before.holds | (wishes.again & (self._tries_left() > 0)))
+        before, rules = self.attempts, self.config.grasp
+        gives_up = wishes.rides & ((before.tries > 0) | (rules.skip and rules.stages > 1))
+        grasps = active & ~gives_up & (~before.holds | (wishes.again & (self.tries_left() > 0)))
         self._grasp(np.flatnonzero(grasps), wishes.place)
         attempts = self.attempts
-        ends = active & ~grasps | grasps & (
-            ~attempts.holds & (self._tries_left() <= 0) | (self.config.grasp.stages == 1)
-        )
+        ends = active & ~grasps | grasps & (~attempts.holds & (self.tries_left() <= 0) | (rules.stages == 1))
         info: dict[str, NDArray[Any]] = {
             "held": attempts.holds.copy(),
             "tries": attempts.tries.copy(),
@@ -136,12 +135,10 @@ class GraspCore:
         """Try to grasp the objects of some rows at places (N, 2) [m]."""
         if rows.size == 0:
             return
-        # The belts of rows that try again move on, with their hands.
-        again, retry = rows[self.attempts.tries[rows] > 0], self.config.grasp.retry
+        again = rows[self.attempts.tries[rows] > 0]
         if again.size > 0:
-            ridden = self._ridden(take(self.picks, again), np.full(len(again), retry))
-            self.picks = replace_rows(self.picks, again, ridden)
-            self.cell.ride(again, retry)
+            self.picks = self.picks_when_tried(again)
+            self.cell.ride(again, self.config.grasp.retry)
         source, picks, asked = self.cell.source, take_rows(self.picks, rows, self.count), place[rows]
         if isinstance(source, GroupPicks):
             # A cup grasps the object in whose outline it lies deepest, or to whose outline it is nearest.
@@ -154,13 +151,21 @@ class GraspCore:
             picks = self._ridden(take(source.groups, (rows, chosen)), picks.spent)
         before = take_rows(self.attempts, rows, self.count)
         self.picks = put_rows(self.picks, rows, picks, self.count)
-        grasped, at, leak = self._grasper.grasp(picks, asked, before.tries)
+        grasped, at, leak = self.grasper.grasp(picks, asked, before.tries)
         held = picked(grasped, self.config)
         after = before.then(held, at, place[rows] + (at - asked), grasped.objects.measured.seal, leak)
         self.attempts = put_rows(self.attempts, rows, after, self.count)
-        over = np.flatnonzero(held | (self._tries_left()[rows] <= 0))
+        over = np.flatnonzero(held | (self.tries_left()[rows] <= 0))
         coming = put_rows(picks, over, take_rows(grasped, over, len(rows)), len(rows))
         self.cell.context = put_rows(self.cell.context, rows, coming, self.count)
+
+    def picks_when_tried(self, rows: Ints) -> Context:
+        """The picks (N,) when the cups of some rows try: the belts of rows that try again move on, with their hands."""
+        again = rows[self.attempts.tries[rows] > 0]
+        if again.size == 0:
+            return self.picks
+        time = np.full(len(again), self.config.grasp.retry)
+        return replace_rows(self.picks, again, self._ridden(take(self.picks, again), time))
 
     def _in_sight(self, rows: Ints) -> tuple[Objects, Floats]:
         """The objects in the pictures of some rows (K, M), and their middles from the first's (K, M, 2) [m]."""
@@ -181,25 +186,23 @@ class GraspCore:
         stays = np.flatnonzero(~ridden.plan.feasible)
         return put_rows(ridden, stays, take(waited, stays), len(time))
 
-    def _tries_left(self) -> Ints:
+    def tries_left(self) -> Ints:
         """Numbers of tries that are left (N,): of the level, and until the object leaves the window."""
-        rules = self.config.grasp
-        left = rules.tries - self.attempts.tries
-        if rules.retry == 0.0:
-            return left
-        way = self.config.belt.pick_x[1] - self.picks.pick[:, 0]
-        later = np.floor(way / (self.config.belt.speed * rules.retry)).astype(np.int64)
-        return np.where(self.attempts.tries > 0, np.minimum(left, np.maximum(later, 0)), left)
+        return tries_left(self.config, self.attempts.tries, self.picks)
 
     def _throw(self, wishes: Wishes, ends: Bools) -> Step:
         """End the picks of some rows (N,): objects that hang are thrown, but those that are to ride on."""
         rows, kept, waiting = np.flatnonzero(ends), self.cell.context, np.flatnonzero(~ends)
-        throws, slowed = self._grasper.with_pace(take_rows(kept, rows, self.count), wishes.pace[rows])
+        throws, slowed = self.grasper.with_pace(take_rows(kept, rows, self.count), wishes.pace[rows])
         carries = ends & self.attempts.holds & ~wishes.rides
         context = put_rows(kept, rows, throws, self.count)
         # Hands that carry nothing get a draw with which no cup seals.
         hangs = np.where(carries, context.objects.pick_draw, -1.0)
-        self.cell.context = context.replace(objects=context.objects.replace(pick_draw=hangs))
+        context = context.replace(objects=context.objects.replace(pick_draw=hangs))
+        skipped = ends & (self.attempts.tries == 0)
+        if skipped.any():  # the hand goes on without the dwell of a try
+            context = context.replace(spent=context.spent - np.where(skipped, self.dwell, 0.0))
+        self.cell.context = context
         pace = self.cell.context.throw_limits.acceleration / self.config.robot.acceleration
         if waiting.size == 0:
             result = self.throws.step(wishes.residual)

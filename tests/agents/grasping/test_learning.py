@@ -8,8 +8,9 @@ from agents.grasping.__main__ import Arguments, main
 from agents.grasping.features import NAMES, place_features
 from agents.grasping.network import PlaceNetwork
 from agents.grasping.practice import network_places, practise, worth_maps
-from agents.grasping.rules import DEPTH_SETTINGS, TUNED, Weights, tune
+from agents.grasping.rules import COLOURED, TERMS, TUNED, Weights
 from agents.grasping.scenes import Scenes
+from agents.grasping.tuning import FREE, PlaceTable, tune
 from agents.ground.cli import UsageError
 from pnt_gym.cells.grasp.images import pixel_places
 from tests.tools.throws import same_bits
@@ -65,11 +66,28 @@ def test_the_flattest_place_alone_is_worse_than_the_middle(scenes, features):
     assert abs(worth["centroid"] - worth["middle"]) < 0.08
 
 
-def test_settings_differ_and_the_better_setting_is_chosen():
-    assert len(set(DEPTH_SETTINGS)) == len(DEPTH_SETTINGS) == 72
-    assert len(set(rules.settings(TUNED))) == len(rules.settings(TUNED))
-    edges = Weights(distance=-2.0)
-    assert tune("grasp", [edges, TUNED, edges._replace(slope=0.0)], 900, seed=0) == TUNED
+def test_a_table_of_places_tries_where_the_rule_does(scenes, features):
+    table = PlaceTable.draw("grasp", 500, seed=8)
+    for weights in (TUNED, COLOURED, Weights(distance=1.0)):
+        worths = scenes.try_places(rules.places(features, weights)).worth
+        assert (table.worths(weights) == worths).mean() > 0.99  # sums in 32 and in 64 bits differ
+
+
+@pytest.mark.parametrize("sees", FREE)
+def test_tuning_searches_every_weight_and_beats_the_rule_of_defaults(sees, monkeypatch):
+    monkeypatch.setattr("agents.grasping.tuning.GENERATIONS", 4)
+    table = PlaceTable.draw("grasp", 400, seed=3)
+    found = tune(table, FREE[sees], seed=0)
+    searched = {name for name in TERMS if getattr(found, name) != 0.0}
+    assert searched == {*TERMS} - ({"odd"} if sees == "depth" else set())
+    assert found.rough_in + found.rough_out == pytest.approx(1.0)
+    assert table.worths(found).mean() > table.worths(Weights()).mean() + 0.01
+    assert tune(table, FREE[sees], seed=0) == found
+
+
+def test_every_weight_of_the_shipped_rules_was_searched():
+    assert all(getattr(TUNED, name) != 0.0 for name in TERMS if name != "odd")
+    assert all(getattr(COLOURED, name) != 0.0 for name in TERMS)
 
 
 def chances(count=2000):
@@ -129,4 +147,4 @@ def test_the_command_learns_saves_and_compares(tmp_path, capsys):
     main(Arguments(tries=300, judge=50, out=tmp_path / "places.npz"))
     text = capsys.readouterr().out
     assert PlaceNetwork.load(tmp_path / "places.npz").is_fitted
-    assert all(name in text for name in ("centroid", "networks", "oracle", "grasp_unseen", "of the last"))
+    assert all(name in text for name in ("centroid", "networks", "true surface", "grasp_unseen", "of the last"))

@@ -11,7 +11,7 @@ LEARNED = {"kinds": "grasp_unseen", "tries": 300, "seed": 0}
 @pytest.mark.parametrize(
     ("measure", "settings"),
     [
-        (grasping.place, {"kinds": "grasp", "place": "oracle"}),
+        (grasping.place, {"kinds": "grasp", "place": "true surface"}),
         (grasping.network, {**LEARNED, "sees": "depth"}),
     ],
 )

@@ -136,11 +136,20 @@ def test_throws_of_other_objects_have_no_interval():
     assert difference(data, "mine", ridge, planner) == "+18.0"
 
 
-@pytest.mark.parametrize(
-    ("best", "said"),
-    [(0.9, "sorts 48.0 and is no bound: more is sorted by `fitted_q`, and most by"), (0.7, "sorts 48.0, more than")],
-)
-def test_an_oracle_is_called_no_bound_where_somebody_sorts_more(tmp_path, best, said):
-    shares = {"centre": 0.4, "flattest": 0.5, "local_mlp": 0.6, "fitted_q": best, "oracle_grasp": 0.8}
+def test_what_an_oracle_of_grasps_gains_is_the_whole_of_which_the_best_of_the_others_has_a_share(tmp_path):
+    shares = {
+        "centre": 0.4,
+        "flattest": 0.5,
+        "local_mlp": 0.6,
+        "fitted_q": 0.7,
+        "true_surface": 0.75,
+        "oracle_grasp": 0.8,
+    }
     data = benchmark_of(*((label, 0, share) for label, share in shares.items()))
-    assert said in answer("grasp", tmp_path, benchmark_grasp=data)
+    text = answer("grasp", tmp_path, benchmark_grasp=data)
+    assert (
+        "beforehand, and sorts 48.0; of what it gains on the middle, `fitted_q`, the best of all others, gains 75 %"
+        in text
+    )
+    less = benchmark_of(*((label, 0, share) for label, share in shares.items() if label != "oracle_grasp"))
+    assert answer("grasp", tmp_path, benchmark_grasp=less) is None

@@ -81,6 +81,19 @@ def test_an_object_is_given_up_after_a_failed_try_but_not_before_one() -> None:
     assert not second.info["picked"][~ended].any()
 
 
+def test_an_object_is_given_up_before_a_try_where_the_level_allows_it() -> None:
+    """The hand then goes on without the dwell that a failed try takes."""
+    skips, tries = (cells(grasp={"skip": skip, "tries": 1}) for skip in (True, False))
+    skipped, tried = step(skips, choice=RIDE), step(tries, (0.1, 0.1), RIDE)
+    assert (skipped.info["tries"] == 0).all()
+    assert skipped.partial["cycle_time"].all()
+    assert not skipped.info["picked"].any()
+    failed = ~tried.info["held"]
+    saved = tried.info["cycle_time"] - skipped.info["cycle_time"]
+    np.testing.assert_allclose(saved[failed], skips.dwell, atol=0.05)
+    assert (step(skips).info["tries"] == 1).all()
+
+
 def test_an_object_that_hangs_can_be_put_down() -> None:
     core = cells()
     held = step(core).info["held"]
@@ -94,7 +107,7 @@ def test_a_further_try_costs_its_time_and_moves_the_object_with_the_belt() -> No
     once, twice = cells(), cells()
     held = step(once).info["held"]
     step(twice)
-    left = twice._tries_left() > 0
+    left = twice.tries_left() > 0
     before = twice.picks.pick.copy()
     held_again = step(twice, choice=AGAIN).info["held"]
     rows = held & held_again & left
@@ -225,6 +238,7 @@ def test_the_action_of_a_pixel_puts_the_cup_there() -> None:
     ("level", "words"),
     [
         ({"grasp": {"pace": [0.9, 0.3]}}, "grasp.pace runs from 0.9 to 0.3"),
+        ({"grasp": {"skip": True, "picks": "belt"}}, "grasp.skip is true; on the belt"),
         ({"grasp": {"objects": 3, "picks": "belt"}}, "grasp.objects is 3; it must be 1 on the belt"),
         ({"belt": {"tracking": False}}, "grasp.tries is 2; without belt.tracking it must be 1"),
         ({"drift": {"delay": {"even": 0.005}}}, "no landing from which a drift could be learned"),
