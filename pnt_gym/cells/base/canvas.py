@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import os
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Self, final
 
@@ -15,6 +16,7 @@ from pydantic import Field, ValidationError
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Finite, Positive, Section
+from pnt_gym.cells.base.look import Look, light
 from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.engine import MjData, MjModel, has_display, mujoco
 from pnt_gym.errors import ConfigError
@@ -101,11 +103,16 @@ class Canvas:
     Args:
         camera: MuJoCo's camera.
         size: height and width of a frame [pixels].
+        items: names of the items, in the order of their colours, for their looks.
     """
 
-    def __init__(self, camera: Any, size: tuple[int, int] = SIZE) -> None:
+    def __init__(self, camera: Any, size: tuple[int, int] = SIZE, items: Sequence[str] = ()) -> None:
         self.camera = camera
         self.size = size
+        self.samples = 1
+        """Drawings of a picture, each with the lights elsewhere and shifted by a part of a pixel, whose mean it is."""
+        self._items = items
+        self._look: Look | None = None
         self._renderer: Any = None
         self._thread = 0
         """Identifier of the thread that opened the renderer."""
@@ -125,15 +132,19 @@ class Canvas:
         """
         with DRAWING_LOCK:
             renderer = self._open_renderer(model)
+            assert self._look is not None
             renderer.update_scene(data, self.camera)
+            scene = renderer.scene
             for marker in markers:
                 # Add the shape to a scene, if the scene has room for another shape.
-                scene = renderer.scene
                 if scene.ngeom < scene.maxgeom:
                     marker.write(scene.geoms[scene.ngeom])
                     scene.ngeom += 1
+            self._look.dress(scene, model)
             with renderer._gl_context.as_current():  # current for this picture only: other threads draw, too
-                return renderer.render().copy()
+                if self._look.move_belt(model, data):
+                    mujoco.mjr_uploadTexture(self._look.model, renderer._mjr_context, self._look.belt)
+                return self._mean_of_samples(renderer)
 
     def close(self) -> None:
         """Free the renderer; safe to call twice.
@@ -147,10 +158,30 @@ class Canvas:
                 self._renderer.close()
                 self._renderer = None
 
+    def _mean_of_samples(self, renderer: Any) -> Frame:
+        """The mean of drawings with the camera shifted inside a pixel and with the lights elsewhere."""
+        scene, reach = renderer.scene, float(self.camera.distance)
+        first, total = [copy.copy(camera) for camera in scene.camera], np.zeros((*self.size, 3))
+        for sample in range(self.samples):
+            share = sample / self.samples
+            shift = np.array([0.0, 0.0]) if sample == 0 else (np.array([sample * 0.618, share]) % 1.0) - 0.5
+            for camera, kept in zip(scene.camera, first, strict=True):
+                pixel = (kept.frustum_top - kept.frustum_bottom) / self.size[0]
+                camera.frustum_center = kept.frustum_center + shift[0] * pixel
+                camera.frustum_bottom = kept.frustum_bottom + shift[1] * pixel
+                camera.frustum_top = kept.frustum_top + shift[1] * pixel
+            light(scene, share, reach)
+            drawing = renderer.render()
+            if self.samples == 1:
+                return drawing.copy()
+            total += drawing
+        return np.asarray(np.rint(total / self.samples).astype(np.uint8))
+
     def _open_renderer(self, model: MjModel) -> Any:
         """The renderer, set to this model; one renderer draws all models, because all have the same layout."""
         if self._renderer is None:
-            self._renderer, self._thread = _new_renderer(model, self.size), threading.get_ident()
+            self._look = Look(model, self.size, self._items)
+            self._renderer, self._thread = _new_renderer(self._look.model, self.size), threading.get_ident()
             self._renderer._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
         self._check_thread()
         self._renderer._model = model

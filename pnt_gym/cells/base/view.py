@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any, Final, Protocol, final
+from typing import Any, Protocol, final
 
 import numpy as np
 
@@ -15,17 +15,17 @@ from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Picture,
 from pnt_gym.cells.base.plant import Plant
 from pnt_gym.engine import MjData, MjModel
 from pnt_gym.errors import ConfigError
+from pnt_gym.palette import FLIGHT, PLAN, TARGET
 
 Scene = tuple[MjModel, MjData, list[Marker]]
 """Model, state, and markers that are drawn beside them."""
-_PLAN_RGBA: Final = np.array([0.10, 0.45, 0.90, 0.9])
-_TARGET_RGBA: Final = np.array([0.20, 0.70, 0.35, 0.9])
-FLIGHT_RGBA: Final = np.array([0.95, 0.35, 0.10, 1.0])
-"""Colour of the dots along a simulated flight."""
+_PLAN, _FLIGHT, _TARGET = (np.array(colour) for colour in (PLAN, FLIGHT, TARGET))
 
 
 class Filmed(Protocol):
     """A simulated cell that can be drawn."""
+
+    item_names: Sequence[str]
 
     @property
     def plant(self) -> Plant[Any, Any, Any]:
@@ -93,7 +93,7 @@ class ThrowView(View):
 
     def __init__(self, cell: Filmed, camera: Any, dots: float = 1.0, size: tuple[int, int] = SIZE) -> None:
         self._cell, self._dots = cell, dots
-        self._canvas = Canvas(camera, size)
+        self._canvas = Canvas(camera, size, cell.item_names)
         self._window: Window | None = None
         cell.plant.record_row = 0
 
@@ -163,13 +163,13 @@ class ThrowView(View):
         if recording is None:
             return
         goal = [self._goal(recording.target)]
-        plan = [Marker.dot(p, _PLAN_RGBA, 0.006 * self._dots) for p in recording.plan]
+        plan = [Marker.dot(p, _PLAN, 0.006 * self._dots) for p in recording.plan]
         for data, trail in recording.play(1.0 / fps):
-            flight = [Marker.dot(p, FLIGHT_RGBA, 0.008 * self._dots) for p in trail]
+            flight = [Marker.dot(p, _FLIGHT, 0.008 * self._dots) for p in trail]
             yield recording.model, data, goal + plan + flight + self._cell.markers_at(float(data.time))
 
     def _goal(self, target: Floats) -> Marker:
-        return Marker.dot(target, _TARGET_RGBA, 0.016 * self._dots)
+        return Marker.dot(target, _TARGET, 0.016 * self._dots)
 
 
 def record_video(view: View, throws: Iterable[object], path: str | Path, fps: int = FPS, slow: int = 1) -> Path:

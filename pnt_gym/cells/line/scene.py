@@ -11,21 +11,18 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.stage import BELT_THICKNESS, ITEM_RGBA, light_stage
+from pnt_gym.cells.base.stage import BELT_THICKNESS, light_stage
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.scene import add_bins, add_cup, add_ground, add_robot
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.engine import MjData, MjModel, MjSpec, mujoco
-from pnt_gym.robots.brush import FIXED_GROUP, MOTOR, PAINT, STEEL, Brush
+from pnt_gym.palette import CLEAR, FRAME, ITEMS, PAINT, STEEL, UNUSED
+from pnt_gym.robots.brush import FIXED_GROUP, Brush
 from pnt_gym.robots.joints import Place, RobotModel, qpos_columns
 
 MARGIN: Final = 0.5
 """Length of belt that pictures show beyond the outermost windows; upstream they show at least the camera's place
 [m]."""
-CLEAR: Final = 0.35
-"""Opacity of bins, so that the objects in the bins are visible."""
-UNUSED_RGBA: Final = (0.62, 0.64, 0.66, CLEAR)
-"""Colour of a bin into which its robot throws nothing."""
 GROUND: Final = 9.0
 """Half of the drawn floor's side [m]."""
 ABOVE: Final = 0.14
@@ -75,7 +72,7 @@ def build_scene(config: LineConfig) -> LineScene:
     floor = float(spec.geom("floor").pos[2])
     middle, width = sum(belt_config.y) / 2, (belt_config.y[1] - belt_config.y[0]) / 2
     length, top = (belt[1] - belt[0]) / 2, belt_config.height - BELT_THICKNESS
-    brush.box((sum(belt) / 2, middle, (top + floor) / 2), (length - 0.02, width - 0.05, (top - floor) / 2), MOTOR)
+    brush.box((sum(belt) / 2, middle, (top + floor) / 2), (length - 0.02, width - 0.05, (top - floor) / 2), FRAME)
     for y in belt_config.y:
         brush.box((sum(belt) / 2, y, top + BELT_THICKNESS / 2), (length, 0.012, BELT_THICKNESS / 2 + 0.004), STEEL)
     half, height = HOOD
@@ -132,5 +129,5 @@ def bin_colours(config: LineConfig, index: int) -> Floats:
     """Colour of each bin of one robot (B, 4): the colour of the first item that the robot throws there."""
     cell: ConveyorConfig = config.cell_of(index)
     assigned = cell.acceptance() & config.can_take()[index][:, None]
-    item_colours = ITEM_RGBA[assigned.argmax(axis=0)] * np.array([0.9, 0.9, 0.9, CLEAR])
-    return np.where(assigned.any(axis=0)[:, None], item_colours, np.array(UNUSED_RGBA))
+    item_colours = ITEMS[assigned.argmax(axis=0)] * np.array([0.9, 0.9, 0.9, CLEAR])
+    return np.where(assigned.any(axis=0)[:, None], item_colours, np.array(UNUSED))

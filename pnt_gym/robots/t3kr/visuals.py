@@ -3,7 +3,8 @@
 import numpy as np
 
 from pnt_gym.engine import MjsBody, MjSpec
-from pnt_gym.robots.brush import ACCENT, CARBON, FIXED_GROUP, MOTOR, PAINT, STEEL, Brush
+from pnt_gym.palette import ACCENT, CARBON, MOTOR, PAINT, STEEL
+from pnt_gym.robots.brush import FIXED_GROUP, Brush
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3krGeometry
 
 _JOINT_RADIUS = 0.014
