@@ -64,6 +64,14 @@ FLIGHT: Final[Colour] = (0.95, 0.35, 0.10, 1.0)
 TARGET: Final[Colour] = (0.20, 0.70, 0.35, 1.0)
 ITEMS: Final = np.array([(*hsv_to_rgb((0.13 + 0.618 * kind) % 1.0, 0.62, 0.93), 1.0) for kind in range(64)])
 """Colours of the item kinds (64, 4): hues a golden section apart, so that no two neighbours look alike."""
+
+
+def bin_colour(kind: int) -> Colour:
+    """Colour of a clear bin for a kind of items."""
+    red, green, blue = (0.9 * float(value) for value in ITEMS[kind, :3])
+    return red, green, blue, CLEAR
+
+
 SKY: Final = ((0.93, 0.945, 0.96), (0.62, 0.68, 0.75))
 """Colours of the hall far away: at the floor, and above."""
 
@@ -79,6 +87,7 @@ class Finish:
         specular: strength of highlights, 0 to 1.
         shininess: sharpness of highlights, 0 to 1.
         glow: light of its own, 0 to 1.
+        tint: colour of clear bins for items with this finish; None for that of the item's kind.
     """
 
     texture: str = ""
@@ -86,6 +95,7 @@ class Finish:
     specular: float = 0.2
     shininess: float = 0.3
     glow: float = 0.0
+    tint: tuple[float, float, float] | None = None
 
 
 PLAIN: Final = Finish()
@@ -119,38 +129,38 @@ FINISHES: Final[Mapping[Colour, Finish]] = MappingProxyType({
 _SHEEN: Final = {"specular": 0.6, "shininess": 0.7}
 _DULL: Final = {"specular": 0.08, "shininess": 0.2}
 STYLES: Final[Mapping[str, Finish]] = MappingProxyType({
-    "paper": Finish("paper", "crumpled_ball", **_DULL),
-    "napkin": Finish("paper", "crumpled_ball", **_DULL),
-    "sheet": Finish("paper", "block", **_DULL),
-    "can": Finish("can", "can", **_SHEEN),
-    "crushed": Finish("can", "crumpled_block", **_SHEEN),
-    "pet": Finish("bottle", "bottle", **_SHEEN),
-    "bottle": Finish("bottle", "bottle", **_SHEEN),
-    "pet_crushed": Finish("film", "crumpled_block", **_SHEEN),
-    "yoghurt": Finish("cup", "cup", specular=0.35, shininess=0.5),
-    "coffee": Finish("cup", "cup", **_DULL),
-    "cup": Finish("cup", "cup", specular=0.35, shininess=0.5),
-    "tetra": Finish("drink", "block", specular=0.3, shininess=0.5),
-    "carton": Finish("carton", "block", **_DULL),
-    "egg": Finish("carton", "block", **_DULL),
-    "box": Finish("carton", "block", **_DULL),
-    "jar": Finish("lid", "lid", **_SHEEN),
-    "lid": Finish("lid", "lid", **_SHEEN),
-    "cap": Finish("plastic", "rod", specular=0.4, shininess=0.5),
-    "bottle_cap": Finish("plastic", "rod", specular=0.4, shininess=0.5),
-    "cork": Finish("cork", "rod", **_DULL),
-    "foil": Finish("foil", "crumpled_ball", specular=0.9, shininess=0.7),
-    "foil_tray": Finish("foil", "tray", specular=0.9, shininess=0.7),
-    "tray": Finish("tray", "tray", **_SHEEN),
-    "tin": Finish("tin", "tin", **_SHEEN),
-    "steel": Finish("tin", "tin", **_SHEEN),
-    "detergent": Finish("plastic", "block", specular=0.4, shininess=0.6),
-    "shampoo": Finish("plastic", "block", specular=0.4, shininess=0.6),
-    "plastic": Finish("plastic", "block", specular=0.4, shininess=0.6),
-    "film": Finish("film", "block", **_SHEEN),
-    "bag": Finish("film", "block", **_SHEEN),
-    "wood": Finish("wood", "block", **_DULL),
-    "rubber": Finish("", "block", **_DULL),
+    "paper": Finish("paper", "crumpled_ball", **_DULL, tint=(0.9, 0.9, 0.86)),
+    "napkin": Finish("paper", "crumpled_ball", **_DULL, tint=(0.9, 0.9, 0.86)),
+    "sheet": Finish("paper", "block", **_DULL, tint=(0.9, 0.9, 0.86)),
+    "can": Finish("can", "can", **_SHEEN, tint=(0.86, 0.08, 0.12)),
+    "crushed": Finish("can", "crumpled_block", **_SHEEN, tint=(0.62, 0.06, 0.1)),
+    "pet": Finish("bottle", "bottle", **_SHEEN, tint=(0.3, 0.62, 0.9)),
+    "bottle": Finish("bottle", "bottle", **_SHEEN, tint=(0.3, 0.62, 0.9)),
+    "pet_crushed": Finish("film", "crumpled_block", **_SHEEN, tint=(0.36, 0.72, 0.62)),
+    "yoghurt": Finish("cup", "cup", specular=0.35, shininess=0.5, tint=(0.9, 0.34, 0.55)),
+    "coffee": Finish("cup", "cup", **_DULL, tint=(0.8, 0.62, 0.42)),
+    "cup": Finish("cup", "cup", specular=0.35, shininess=0.5, tint=(0.9, 0.34, 0.55)),
+    "tetra": Finish("drink", "block", specular=0.3, shininess=0.5, tint=(0.14, 0.48, 0.8)),
+    "carton": Finish("carton", "block", **_DULL, tint=(0.74, 0.55, 0.34)),
+    "egg": Finish("carton", "block", **_DULL, tint=(0.74, 0.55, 0.34)),
+    "box": Finish("carton", "block", **_DULL, tint=(0.74, 0.55, 0.34)),
+    "jar": Finish("lid", "lid", **_SHEEN, tint=(0.92, 0.52, 0.48)),
+    "lid": Finish("lid", "lid", **_SHEEN, tint=(0.92, 0.52, 0.48)),
+    "cap": Finish("plastic", "rod", specular=0.4, shininess=0.5, tint=(0.95, 0.7, 0.15)),
+    "bottle_cap": Finish("plastic", "rod", specular=0.4, shininess=0.5, tint=(0.95, 0.7, 0.15)),
+    "cork": Finish("cork", "rod", **_DULL, tint=(0.72, 0.52, 0.32)),
+    "foil": Finish("foil", "crumpled_ball", specular=0.9, shininess=0.7, tint=(0.74, 0.76, 0.8)),
+    "foil_tray": Finish("foil", "tray", specular=0.9, shininess=0.7, tint=(0.74, 0.76, 0.8)),
+    "tray": Finish("tray", "tray", **_SHEEN, tint=(0.05, 0.62, 0.64)),
+    "tin": Finish("tin", "tin", **_SHEEN, tint=(0.2, 0.5, 0.28)),
+    "steel": Finish("tin", "tin", **_SHEEN, tint=(0.2, 0.5, 0.28)),
+    "detergent": Finish("plastic", "block", specular=0.4, shininess=0.6, tint=(0.95, 0.7, 0.15)),
+    "shampoo": Finish("plastic", "block", specular=0.4, shininess=0.6, tint=(0.95, 0.7, 0.15)),
+    "plastic": Finish("plastic", "block", specular=0.4, shininess=0.6, tint=(0.95, 0.7, 0.15)),
+    "film": Finish("film", "block", **_SHEEN, tint=(0.36, 0.72, 0.62)),
+    "bag": Finish("film", "block", **_SHEEN, tint=(0.36, 0.72, 0.62)),
+    "wood": Finish("wood", "block", **_DULL, tint=(0.7, 0.5, 0.3)),
+    "rubber": Finish("", "block", **_DULL, tint=(0.3, 0.3, 0.32)),
 })  # fmt: skip
 """Finishes of items by a word of their names; of several words the longest."""
 BY_SHAPE: Final[Mapping[str, Finish]] = MappingProxyType({

@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Finite, Positive, Section
-from pnt_gym.cells.base.look import Look, light
+from pnt_gym.cells.base.look import Look, fog, light
 from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.engine import MjData, MjModel, has_display, mujoco
 from pnt_gym.errors import ConfigError
@@ -91,6 +91,14 @@ class Marker:
         """A small sphere."""
         return cls(int(mujoco.mjtGeom.mjGEOM_SPHERE.value), np.full(3, radius), position, np.eye(3).ravel(), rgba)
 
+    @classmethod
+    def all_of(cls, model: MjModel) -> list[Self]:
+        """The geoms of a model whose bodies are at rest, as markers."""
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        columns = model.geom_type, model.geom_size, data.geom_xpos, data.geom_xmat, model.geom_rgba
+        return [cls(int(kind), *rest) for kind, *rest in zip(*(np.array(column) for column in columns), strict=True)]
+
     def write(self, geom: Any) -> None:
         """Write this shape into one of MuJoCo's abstract geoms."""
         mujoco.mjv_initGeom(geom, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
@@ -134,13 +142,13 @@ class Canvas:
             renderer = self._open_renderer(model)
             assert self._look is not None
             renderer.update_scene(data, self.camera)
-            scene = renderer.scene
+            scene, own = renderer.scene, int(renderer.scene.ngeom)
             for marker in markers:
                 # Add the shape to a scene, if the scene has room for another shape.
                 if scene.ngeom < scene.maxgeom:
                     marker.write(scene.geoms[scene.ngeom])
                     scene.ngeom += 1
-            self._look.dress(scene, model)
+            self._look.dress(scene, model, own)
             with renderer._gl_context.as_current():  # current for this picture only: other threads draw, too
                 if self._look.move_belt(model, data):
                     mujoco.mjr_uploadTexture(self._look.model, renderer._mjr_context, self._look.belt)
@@ -161,6 +169,7 @@ class Canvas:
     def _mean_of_samples(self, renderer: Any) -> Frame:
         """The mean of drawings with the camera shifted inside a pixel and with the lights elsewhere."""
         scene, reach = renderer.scene, float(self.camera.distance)
+        fog(renderer, reach)
         first, total = [copy.copy(camera) for camera in scene.camera], np.zeros((*self.size, 3))
         for sample in range(self.samples):
             share = sample / self.samples

@@ -17,7 +17,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.solids import SOLIDS, Solid
 from pnt_gym.cells.base.textures import SIDE, TEXTURES, Texture
 from pnt_gym.engine import MjData, MjModel, MjSpec, mujoco
-from pnt_gym.palette import BY_SHAPE, CLEAR, FINISHES, GLASS, ITEMS, PLAIN, SKY, STYLES, Finish
+from pnt_gym.palette import BY_SHAPE, CLEAR, FINISHES, GLASS, ITEMS, PLAIN, SKY, STYLES, Finish, bin_colour
 
 PERIODS: Final = {"belt": 0.40, "floor": 1.0, "board": 0.10, "wood": 0.5}
 """Sides of textures that are laid on in their true size [m]; other textures are stretched over a whole shape."""
@@ -39,7 +39,7 @@ _BOX, _CYLINDER, _ELLIPSOID, _SPHERE, _MESH, _PLANE = (
 )
 _GEOM: Final = int(mujoco.mjtObj.mjOBJ_GEOM.value)
 _SHAPES: Final = {_BOX: "box", _CYLINDER: "cylinder", _ELLIPSOID: "ellipsoid", _SPHERE: "sphere"}
-_LONG: Final = 9.0
+_LONG: Final = 5.0
 """A box longer than this, in its least half extents, keeps its sharp edges: stretched round ones would look bent."""
 _MATERIALS: Final = tuple(TEXTURES)
 _SOLIDS: Final = tuple(SOLIDS)
@@ -76,18 +76,20 @@ class Look:
         self._items, self._own = items, int(model.nmesh)
         self.model = _look_model(model, size)
         self._kinds = {_key(colour): kind for kind, colour in enumerate(ITEMS)}
+        self._bins = {_key(bin_colour(kind)): kind for kind in range(len(ITEMS))}
         self._finishes = {_key(colour): finish for colour, finish in FINISHES.items()}
 
-    def dress(self, scene: Any, model: MjModel) -> None:
-        """Give every geom in a scene of a model its finish, and clear bins their rims."""
+    def dress(self, scene: Any, model: MjModel, own: int) -> None:
+        """Give every geom in a scene its finish, and clear bins their rims; the first `own` geoms are the model's."""
         rims: list[tuple[Any, ...]] = []
         for index in range(scene.ngeom):
             geom = scene.geoms[index]
-            colour = model.geom_rgba[geom.objid] if geom.objtype == _GEOM and geom.objid >= 0 else geom.rgba
+            colour = model.geom_rgba[geom.objid] if index < own and geom.objtype == _GEOM else geom.rgba
             if geom.type == _PLANE:
-                geom.size[:] = HALL
+                geom.size[:], geom.castshadow = HALL, 0
             key = _key(colour)
             if key[3] < 1.0:
+                geom.rgba[:3] = self._tint(key)
                 if abs(key[3] - CLEAR) < 0.01 and geom.type == _BOX:
                     rims += _clear(geom)
                 _polish(geom, GLASS)
@@ -112,6 +114,12 @@ class Look:
         _write_texture(self.model, "belt", np.roll(_along(_texture("belt"), way), (-y, x), axis=(0, 1)))
         return True
 
+    def _tint(self, key: tuple[float, ...]) -> tuple[float, ...]:
+        """Colour of what is clear: a bin for an item is like the item."""
+        kind = self._bins.get(key)
+        tint = style(self._items[kind], "box").tint if kind is not None and kind < len(self._items) else None
+        return key[:3] if tint is None else tint
+
     @property
     def belt(self) -> int:
         """Index of the belt's texture."""
@@ -131,6 +139,13 @@ class Look:
                 return
             geom.mat[:] = np.asarray(geom.mat).reshape(3, 3) * size
             geom.type, geom.dataid, geom.texcoord = _MESH, 2 * (self._own + _SOLIDS.index(finish.solid)), 1
+
+
+def fog(renderer: Any, reach: float) -> None:
+    """Let what is far away fade into the hall: from 1.5 to 6 times the distance of the picture's middle."""
+    context = renderer._mjr_context
+    context.fogStart, context.fogEnd, context.fogRGBA[:] = 1.5 * reach, 6.0 * reach, (*SKY[0], 1.0)
+    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = 1
 
 
 def light(scene: Any, sample: float, reach: float) -> None:

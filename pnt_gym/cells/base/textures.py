@@ -55,7 +55,7 @@ def _belt() -> Texture:
 def _floor() -> Texture:
     """Sealed concrete: pale, a little cloudy, with joints around each square."""
     joints = (np.minimum(_U, 1.0 - _U) < 0.004) | (np.minimum(_V, 1.0 - _V) < 0.004)
-    ground = _painted(_plain((0.80, 0.81, 0.82)), joints, (0.66, 0.67, 0.69))
+    ground = _painted(_plain((0.80, 0.81, 0.82)), joints, (0.72, 0.73, 0.75))
     return _shaded(ground, 1.0 + 0.035 * _noise(5, 3) + 0.02 * _noise(100, 4))
 
 
@@ -130,8 +130,9 @@ def _carton() -> Texture:
 
 
 def _tray() -> Texture:
-    """A dark tray of plastic with a rest of its film."""
-    return _shaded(_plain((0.16, 0.17, 0.19)), 1.0 + 0.10 * _noise(20, 8))
+    """A bright tray of plastic with a rest of its film."""
+    ground = _painted(_plain((0.08, 0.62, 0.64)), (_U > 0.62) & (_noise(6, 14) > -0.1), (0.80, 0.88, 0.90))
+    return _shaded(ground, 1.0 + 0.08 * _noise(20, 8))
 
 
 def _paper() -> Texture:

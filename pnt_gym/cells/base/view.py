@@ -89,10 +89,18 @@ class ThrowView(View):
         camera: MuJoCo's camera.
         dots: size of the flights' dots, 1 for a cell some metres wide.
         size: height and width of a frame [pixels].
+        around: what stands around the cell in offscreen pictures.
     """
 
-    def __init__(self, cell: Filmed, camera: Any, dots: float = 1.0, size: tuple[int, int] = SIZE) -> None:
-        self._cell, self._dots = cell, dots
+    def __init__(
+        self,
+        cell: Filmed,
+        camera: Any,
+        dots: float = 1.0,
+        size: tuple[int, int] = SIZE,
+        around: Sequence[Marker] = (),
+    ) -> None:
+        self._cell, self._dots, self._around = cell, dots, list(around)
         self._canvas = Canvas(camera, size, cell.item_names)
         self._window: Window | None = None
         cell.plant.record_row = 0
@@ -108,7 +116,9 @@ class ThrowView(View):
             ConfigError: no OpenGL library could be loaded.
         """
         model, data = self._cell.pose(row)
-        return self._canvas.draw(model, data, [self._goal(self._cell.target(row)), *self._cell.markers(row)])
+        return self._canvas.draw(
+            model, data, [self._goal(self._cell.target(row)), *self._cell.markers(row), *self._around]
+        )
 
     def last_throw(self, fps: int = FPS) -> list[Frame]:
         """Frames of the last throw of row 0 at true rate; empty before the first throw."""
@@ -166,7 +176,7 @@ class ThrowView(View):
         plan = [Marker.dot(p, _PLAN, 0.006 * self._dots) for p in recording.plan]
         for data, trail in recording.play(1.0 / fps):
             flight = [Marker.dot(p, _FLIGHT, 0.008 * self._dots) for p in trail]
-            yield recording.model, data, goal + plan + flight + self._cell.markers_at(float(data.time))
+            yield recording.model, data, goal + plan + flight + self._cell.markers_at(float(data.time)) + self._around
 
     def _goal(self, target: Floats) -> Marker:
         return Marker.dot(target, _TARGET, 0.016 * self._dots)

@@ -16,10 +16,10 @@ from pnt_gym.palette import ITEMS
 
 
 def camera() -> Any:
-    """MuJoCo's camera of the standard view: belt, robot and bins from the front left."""
+    """MuJoCo's camera of the standard view: belt, robot and bins from the front right, across the bins."""
     view = mujoco.MjvCamera()
-    view.lookat[:] = [-0.02, 0.10, -0.38]
-    view.distance, view.azimuth, view.elevation = 3.3, 146.0, -19.0
+    view.lookat[:] = [-0.04, 0.10, -0.56]
+    view.distance, view.azimuth, view.elevation = 2.7, 232.0, -24.0
     return view
 
 
