@@ -46,7 +46,7 @@ CROSS: Final[Colour] = (0.90, 0.55, 0.25, 1.0)
 AITCH: Final[Colour] = (0.55, 0.72, 0.45, 1.0)
 WOOD: Final[Colour] = (0.72, 0.55, 0.36, 1.0)
 DARK_WOOD: Final[Colour] = (0.45, 0.33, 0.22, 1.0)
-CLEAR: Final = 0.35
+CLEAR: Final = 0.24
 """Opacity of bins, so that the objects in the bins are visible."""
 BINS: Final[Sequence[Colour]] = (
     (0.13, 0.45, 0.72, CLEAR),
@@ -72,7 +72,7 @@ def bin_colour(kind: int) -> Colour:
     return red, green, blue, CLEAR
 
 
-SKY: Final = ((0.93, 0.945, 0.96), (0.62, 0.68, 0.75))
+SKY: Final = ((0.84, 0.855, 0.87), (0.70, 0.745, 0.80))
 """Colours of the hall far away: at the floor, and above."""
 
 

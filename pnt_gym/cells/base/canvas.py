@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Finite, Positive, Section
-from pnt_gym.cells.base.look import Look, fog, light
+from pnt_gym.cells.base.look import Look, light
 from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.engine import MjData, MjModel, has_display, mujoco
 from pnt_gym.errors import ConfigError
@@ -125,9 +125,10 @@ class Canvas:
         self._thread = 0
         """Identifier of the thread that opened the renderer."""
 
-    def aim(self, picture: Picture) -> None:
-        """Set size and camera of all pictures from now on."""
+    def aim(self, picture: Picture, samples: int = 1) -> None:
+        """Set size and camera of all pictures from now on, and the number of drawings whose mean a picture is."""
         self.close()
+        self.samples = samples
         self.size = (picture.height, picture.width)
         for name, value in picture.camera.model_dump(exclude_none=True).items():
             setattr(self.camera, name, value)
@@ -169,7 +170,6 @@ class Canvas:
     def _mean_of_samples(self, renderer: Any) -> Frame:
         """The mean of drawings with the camera shifted inside a pixel and with the lights elsewhere."""
         scene, reach = renderer.scene, float(self.camera.distance)
-        fog(renderer, reach)
         first, total = [copy.copy(camera) for camera in scene.camera], np.zeros((*self.size, 3))
         for sample in range(self.samples):
             share = sample / self.samples
@@ -189,9 +189,10 @@ class Canvas:
     def _open_renderer(self, model: MjModel) -> Any:
         """The renderer, set to this model; one renderer draws all models, because all have the same layout."""
         if self._renderer is None:
-            self._look = Look(model, self.size, self._items)
+            self._look = Look(model, self.size, self._items, float(self.camera.distance))
             self._renderer, self._thread = _new_renderer(self._look.model, self.size), threading.get_ident()
-            self._renderer._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
+            flags = self._renderer.scene.flags
+            flags[mujoco.mjtRndFlag.mjRND_REFLECTION], flags[mujoco.mjtRndFlag.mjRND_FOG] = 0, 1
         self._check_thread()
         self._renderer._model = model
         return self._renderer

@@ -21,15 +21,15 @@ from pnt_gym.palette import BY_SHAPE, CLEAR, FINISHES, GLASS, ITEMS, PLAIN, SKY,
 
 PERIODS: Final = {"belt": 0.40, "floor": 1.0, "board": 0.10, "wood": 0.5}
 """Sides of textures that are laid on in their true size [m]; other textures are stretched over a whole shape."""
-AMBIENT: Final = 0.36
+AMBIENT: Final = 0.40
 """Light from everywhere, as a share of the brightest."""
-SUN: Final = 0.44, 0.30
+SUN: Final = 0.48, 0.24
 """Strengths of the two lights that throw shadows: a lamp, and one of the places of a wide ceiling."""
 HALL: Final = 24.0
 """Half of the drawn floor's side [m]."""
 SLANT: Final = np.array([-0.34, 0.42, -1.0])
 """Direction of the lamp's light."""
-SPREAD: Final = 0.10, 0.9
+SPREAD: Final = 0.16, 0.8
 """Half widths of both lights, as tangents: the lamp and the ceiling; shadows are soft in a picture of many samples."""
 RIM: Final = 0.006
 """Half height of the opaque rim on the walls of clear bins [m]."""
@@ -70,11 +70,12 @@ class Look:
         model: model of the physics; other models of the same layout look the same.
         size: height and width of a picture [pixels].
         items: names of the items, in the order of their colours.
+        reach: distance of a picture's middle [m]; what is 1.5 to 6 times as far away fades into the hall.
     """
 
-    def __init__(self, model: MjModel, size: tuple[int, int], items: Sequence[str] = ()) -> None:
+    def __init__(self, model: MjModel, size: tuple[int, int], items: Sequence[str], reach: float) -> None:
         self._items, self._own = items, int(model.nmesh)
-        self.model = _look_model(model, size)
+        self.model = _look_model(model, size, reach)
         self._kinds = {_key(colour): kind for kind, colour in enumerate(ITEMS)}
         self._bins = {_key(bin_colour(kind)): kind for kind in range(len(ITEMS))}
         self._finishes = {_key(colour): finish for colour, finish in FINISHES.items()}
@@ -85,6 +86,10 @@ class Look:
         for index in range(scene.ngeom):
             geom = scene.geoms[index]
             colour = model.geom_rgba[geom.objid] if index < own and geom.objtype == _GEOM else geom.rgba
+            if geom.matid >= 0:  # of the model's own material, which this look does not know
+                geom.matid = -1
+                _polish(geom, PLAIN)
+                continue
             if geom.type == _PLANE:
                 geom.size[:], geom.castshadow = HALL, 0
             key = _key(colour)
@@ -141,13 +146,6 @@ class Look:
             geom.type, geom.dataid, geom.texcoord = _MESH, 2 * (self._own + _SOLIDS.index(finish.solid)), 1
 
 
-def fog(renderer: Any, reach: float) -> None:
-    """Let what is far away fade into the hall: from 1.5 to 6 times the distance of the picture's middle."""
-    context = renderer._mjr_context
-    context.fogStart, context.fogEnd, context.fogRGBA[:] = 1.5 * reach, 6.0 * reach, (*SKY[0], 1.0)
-    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = 1
-
-
 def light(scene: Any, sample: float, reach: float) -> None:
     """Set the lights of a scene: a lamp and a ceiling that throw shadows, and light from everywhere.
 
@@ -173,13 +171,16 @@ def light(scene: Any, sample: float, reach: float) -> None:
     fill.ambient[:], fill.diffuse[:], fill.specular[:] = AMBIENT, 0.10, 0.0
 
 
-def _look_model(model: MjModel, size: tuple[int, int]) -> MjModel:
+def _look_model(model: MjModel, size: tuple[int, int], reach: float) -> MjModel:
     """A model of nothing but the sky, the textures, the model's own meshes and all shapes."""
     spec = mujoco.MjSpec()
     spec.visual.global_.offheight, spec.visual.global_.offwidth = size
     spec.visual.quality.shadowsize = model.vis.quality.shadowsize
     spec.visual.quality.offsamples = model.vis.quality.offsamples
+    spec.stat.extent, spec.stat.center = model.stat.extent, model.stat.center
     spec.visual.map.shadowclip = 1.0
+    spec.visual.map.fogstart, spec.visual.map.fogend = np.array([1.5, 6.0]) * reach / model.stat.extent
+    spec.visual.rgba.fog = (*SKY[0], 1.0)
     spec.add_texture(
         name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
         rgb1=list(SKY[0]), rgb2=list(SKY[1]), width=128, height=768,
@@ -197,7 +198,6 @@ def _look_model(model: MjModel, size: tuple[int, int]) -> MjModel:
     for number, solid in enumerate(solids):
         _add_mesh(spec, f"solid_{number}", solid)
     look: MjModel = spec.compile()
-    look.stat.extent, look.stat.center[:] = model.stat.extent, model.stat.center
     for name in _MATERIALS:
         _write_texture(look, name, _texture(name))
     for number, solid in enumerate(solids):  # the compiler turns a mesh into its axes of inertia

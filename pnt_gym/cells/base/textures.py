@@ -55,7 +55,7 @@ def _belt() -> Texture:
 def _floor() -> Texture:
     """Sealed concrete: pale, a little cloudy, with joints around each square."""
     joints = (np.minimum(_U, 1.0 - _U) < 0.004) | (np.minimum(_V, 1.0 - _V) < 0.004)
-    ground = _painted(_plain((0.80, 0.81, 0.82)), joints, (0.72, 0.73, 0.75))
+    ground = _painted(_plain((0.70, 0.72, 0.745)), joints, (0.60, 0.62, 0.65))
     return _shaded(ground, 1.0 + 0.035 * _noise(5, 3) + 0.02 * _noise(100, 4))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Picture, Window
-from pnt_gym.cells.base.plant import Plant
+from pnt_gym.cells.base.plant import Plant, Recording
 from pnt_gym.engine import MjData, MjModel
 from pnt_gym.errors import ConfigError
 from pnt_gym.palette import FLIGHT, PLAN, TARGET
@@ -52,8 +52,12 @@ class Filmed(Protocol):
 class View(Protocol):
     """Pictures of a cell, as environments and films use them."""
 
-    def aim(self, picture: Picture) -> None:
-        """Set size and camera of all pictures from now on."""
+    def aim(self, picture: Picture, samples: int = 1) -> None:
+        """Set size and camera of all pictures from now on, and the number of drawings whose mean a picture is."""
+
+    def draw(self, scene: Scene) -> Frame:
+        """Picture of a scene (height, width, 3)."""
+        ...
 
     def frame(self, row: int = 0) -> Frame:
         """Picture of one row before the coming step (height, width, 3)."""
@@ -105,9 +109,13 @@ class ThrowView(View):
         self._window: Window | None = None
         cell.plant.record_row = 0
 
-    def aim(self, picture: Picture) -> None:
-        """Set size and camera of all pictures from now on."""
-        self._canvas.aim(picture)
+    def aim(self, picture: Picture, samples: int = 1) -> None:
+        """Set size and camera of all pictures from now on, and the number of drawings whose mean a picture is."""
+        self._canvas.aim(picture, samples)
+
+    def draw(self, scene: Scene) -> Frame:
+        """Picture of a scene (height, width, 3)."""
+        return self._canvas.draw(*scene)
 
     def frame(self, row: int = 0) -> Frame:
         """Picture of one cell before the coming throw (height, width, 3).
@@ -166,6 +174,11 @@ class ThrowView(View):
     def camera(self) -> Any:
         """MuJoCo's camera on the cell."""
         return self._canvas.camera
+
+    @property
+    def recording(self) -> Recording | None:
+        """The last throw of row 0; None before the first."""
+        return self._cell.plant.recording
 
     def scenes(self, fps: int = FPS) -> Iterator[Scene]:
         """Model, state and markers of every frame of the last throw of row 0; each is valid until the next is taken."""

@@ -62,9 +62,13 @@ class LineView(View):
         self._scene = build_scene(near)
         self._canvas = Canvas(camera(near), size, cell.item_names)
 
-    def aim(self, picture: Picture) -> None:
-        """Set the camera and the size of the following pictures."""
-        self._canvas.aim(picture)
+    def aim(self, picture: Picture, samples: int = 1) -> None:
+        """Set size and camera of all pictures from now on, and the number of drawings whose mean a picture is."""
+        self._canvas.aim(picture, samples)
+
+    def draw(self, scene: Scene) -> Frame:
+        """Picture of a scene (height, width, 3)."""
+        return self._canvas.draw(*scene)
 
     def frame(self, row: int = 0) -> Frame:
         """The line at the moment of the coming decision (height, width, 3).
@@ -106,6 +110,7 @@ class LineView(View):
         """Scene at a time between the previous decision and the coming one [s]."""
         acts = self._cell.acts
         self._scene.pose(acts.tips(time))
+        self._scene.data.time = time
         # Markers of objects on the belt.
         cell, (low, high) = self._cell, self._scene.belt
         stream, belt = cell.stream, cell.config.cell.belt
