@@ -48,7 +48,7 @@ FILMS: Final = {
         ),
         Film(
             "PnTAdapt-v0", "kalman", "a cell that drifts: Kalman filter", "day", throws=5, slow=1.5,
-            camera=Viewpoint(lookat=(0.0, 0.15, -0.90), distance=1.6, azimuth=58.0, elevation=-46.0), follow=0.35,
+            camera=Viewpoint(lookat=(0.0, 0.0, -0.50), distance=2.9, azimuth=308.0, elevation=-14.0), follow=0.2,
         ),
         Film(
             "PnTRelease-v0", "analytic", "one throw: plan blue, flight orange", "waste", throws=4, slow=2.5, seed=8,
