@@ -28,7 +28,7 @@ WIDTH, HEIGHT = 960, 540
 """Size of a film [pixels]."""
 RATE: Final = 15
 """Frames per second."""
-SAMPLES: Final = 10
+SAMPLES: Final = 8
 """Drawings of a frame, whose mean it is: no stairs, and soft shadows."""
 MOST_BYTES: Final = 900_000
 QUALITIES: Final = (72, 62, 52, 42, 34, 26, 18)
@@ -43,7 +43,7 @@ LATER: Final = 0.20
 
 @final
 @dataclass(frozen=True)
-class Film:
+class ThrowFilm:
     """What to show of an environment of throws.
 
     Attributes:
@@ -69,7 +69,7 @@ class Film:
     follow: float = 0.0
 
 
-def throw_pictures(film: Film, width: int = WIDTH) -> Iterator[list[Any]]:
+def throw_pictures(film: ThrowFilm, width: int = WIDTH) -> Iterator[list[Any]]:
     """Pictures of each throw of a film."""
     with closing(Stage(film.controller, film.env, film.level, film.seed)) as stage:
         stage.view.aim(Picture(width=width, height=HEIGHT, camera=film.camera), SAMPLES)
@@ -91,13 +91,13 @@ def throw_pictures(film: Film, width: int = WIDTH) -> Iterator[list[Any]]:
             yield pictures
 
 
-def single(film: Film) -> Iterator[Any]:
+def single(film: ThrowFilm) -> Iterator[Any]:
     """Pictures of a film."""
     for pictures in throw_pictures(film):
         yield from pictures
 
 
-def side_by_side(films: Sequence[Film]) -> Iterator[Any]:
+def side_by_side(films: Sequence[ThrowFilm]) -> Iterator[Any]:
     """Pictures of films of the same throws beside each other; each throw begins in all of them at the same time."""
     wide = WIDTH // len(films)
     for throws in zip(*(throw_pictures(film, wide) for film in films), strict=True):
@@ -149,7 +149,7 @@ def _rate(throws: Sequence[Throws]) -> float | None:
     return metrics.throughput(every.sorted, every.cycle_time).sorted
 
 
-def _caption(film: Film, stage: Stage, throw: Throws, rate: float | None, *, over: bool) -> Caption:
+def _caption(film: ThrowFilm, stage: Stage, throw: Throws, rate: float | None, *, over: bool) -> Caption:
     item = stage.core.item_names[throw.item[0]].replace("_", " ")
     is_good, result = bool(throw.sorted[0]), ""
     if over and not throw.picked[0]:

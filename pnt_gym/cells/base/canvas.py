@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Finite, Positive, Section
-from pnt_gym.cells.base.look import Look, light
+from pnt_gym.cells.base.look import SceneLook, light
 from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.engine import MjData, MjModel, has_display, mujoco
 from pnt_gym.errors import ConfigError
@@ -120,7 +120,7 @@ class Canvas:
         self.samples = 1
         """Drawings of a picture, each with the lights elsewhere and shifted by a part of a pixel, whose mean it is."""
         self._items = items
-        self._look: Look | None = None
+        self._look: SceneLook | None = None
         self._renderer: Any = None
         self._thread = 0
         """Identifier of the thread that opened the renderer."""
@@ -189,7 +189,7 @@ class Canvas:
     def _open_renderer(self, model: MjModel) -> Any:
         """The renderer, set to this model; one renderer draws all models, because all have the same layout."""
         if self._renderer is None:
-            self._look = Look(model, self.size, self._items, float(self.camera.distance))
+            self._look = SceneLook(model, self.size, self._items, float(self.camera.distance), is_mean=self.samples > 1)
             self._renderer, self._thread = _new_renderer(self._look.model, self.size), threading.get_ident()
             flags = self._renderer.scene.flags
             flags[mujoco.mjtRndFlag.mjRND_REFLECTION], flags[mujoco.mjtRndFlag.mjRND_FOG] = 0, 1

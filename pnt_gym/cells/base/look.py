@@ -25,6 +25,8 @@ AMBIENT: Final = 0.40
 """Light from everywhere, as a share of the brightest."""
 SUN: Final = 0.48, 0.24
 """Strengths of the two lights that throw shadows: a lamp, and one of the places of a wide ceiling."""
+COARSE: Final = 1024
+"""Side of the map of shadows in each of many drawings [pixels]."""
 HALL: Final = 24.0
 """Half of the drawn floor's side [m]."""
 SLANT: Final = np.array([-0.34, 0.42, -1.0])
@@ -63,7 +65,7 @@ def style(name: str, shape: str) -> Finish:
 
 
 @final
-class Look:
+class SceneLook:
     """Textures and shapes for pictures of one model, and how the model's geoms look.
 
     Args:
@@ -71,11 +73,17 @@ class Look:
         size: height and width of a picture [pixels].
         items: names of the items, in the order of their colours.
         reach: distance of a picture's middle [m]; what is 1.5 to 6 times as far away fades into the hall.
+        is_mean: whether a picture is the mean of many drawings.
     """
 
-    def __init__(self, model: MjModel, size: tuple[int, int], items: Sequence[str], reach: float) -> None:
+    def __init__(
+        self, model: MjModel, size: tuple[int, int], items: Sequence[str], reach: float, *, is_mean: bool = False
+    ) -> None:
         self._items, self._own = items, int(model.nmesh)
         self.model = _look_model(model, size, reach)
+        if is_mean:  # of many drawings, which are smooth together
+            quality = self.model.vis.quality
+            quality.offsamples, quality.shadowsize = 0, min(int(quality.shadowsize), COARSE)
         self._kinds = {_key(colour): kind for kind, colour in enumerate(ITEMS)}
         self._bins = {_key(bin_colour(kind)): kind for kind in range(len(ITEMS))}
         self._finishes = {_key(colour): finish for colour, finish in FINISHES.items()}

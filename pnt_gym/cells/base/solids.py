@@ -76,7 +76,7 @@ def turned(profile: Profile, corner: float = 2.0, *, planar: bool = False, bumps
     if planar:
         texture = (grid[..., :2] + 1.0) / 2.0
     else:
-        along = np.cumsum(np.r_[0.0, np.hypot(*np.diff(points, axis=0).T)])
+        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
         texture = np.stack(np.broadcast_arrays(angle / (2.0 * np.pi), (along / along[-1])[:, None]), axis=2)
     return Solid.of_grid(grid, texture)
 
@@ -93,12 +93,13 @@ def _edges(*points: tuple[float, float]) -> Profile:
     return [point for point in points for _ in range(2)]
 
 
-def _dense(profile: Profile, count: int = 24) -> Profile:
+def _dense(profile: Profile, count: int) -> Profile:
     """A profile with more points between its own, for shapes with dents."""
-    points = np.array(profile)
-    along = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
-    at = np.linspace(0.0, along[-1], count)
-    return [(float(np.interp(s, along, points[:, 0])), float(np.interp(s, along, points[:, 1]))) for s in at]
+    points = np.array(profile, dtype=np.float64)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    at: Floats = np.linspace(0.0, float(along[-1]), count)
+    heights, radii = (np.interp(at, along, column).tolist() for column in points.T)
+    return list(zip(heights, radii, strict=True))
 
 
 _BOX: Final = (

@@ -25,7 +25,10 @@ _PLAN, _FLIGHT, _TARGET = (np.array(colour) for colour in (PLAN, FLIGHT, TARGET)
 class Filmed(Protocol):
     """A simulated cell that can be drawn."""
 
-    item_names: Sequence[str]
+    @property
+    def item_names(self) -> Sequence[str]:
+        """Names of the items, in the order of their kinds."""
+        ...
 
     @property
     def plant(self) -> Plant[Any, Any, Any]:
