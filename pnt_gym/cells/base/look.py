@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.solids import SOLIDS, Solid
+from pnt_gym.cells.base.solids import SOLIDS, TexturedSolid
 from pnt_gym.cells.base.textures import SIDE, TEXTURES, Texture
 from pnt_gym.engine import MjData, MjModel, MjSpec, mujoco
 from pnt_gym.palette import BY_SHAPE, CLEAR, FINISHES, GLASS, ITEMS, PLAIN, SKY, STYLES, Finish, bin_colour
@@ -53,7 +53,7 @@ def _texture(name: str) -> Texture:
 
 
 @cache
-def _solid(name: str) -> Solid:
+def _solid(name: str) -> TexturedSolid:
     return SOLIDS[name]()
 
 
@@ -215,7 +215,7 @@ def _look_model(model: MjModel, size: tuple[int, int], reach: float) -> MjModel:
     return look
 
 
-def _add_mesh(spec: MjSpec, name: str, solid: Solid) -> None:
+def _add_mesh(spec: MjSpec, name: str, solid: TexturedSolid) -> None:
     mesh, faces = spec.add_mesh(name=name), solid.faces.ravel()
     mesh.uservert, mesh.usernormal = solid.vertices.ravel(), solid.normals.ravel()
     mesh.usertexcoord, mesh.userface = solid.texture.ravel(), faces
@@ -224,7 +224,7 @@ def _add_mesh(spec: MjSpec, name: str, solid: Solid) -> None:
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, contype=0, conaffinity=0)
 
 
-def _own_solid(model: MjModel, mesh: int) -> Solid:
+def _own_solid(model: MjModel, mesh: int) -> TexturedSolid:
     """A mesh of a model, with a normal for each corner of each triangle."""
     first, face = int(model.mesh_vertadr[mesh]), int(model.mesh_faceadr[mesh])
     corners = model.mesh_face[face : face + int(model.mesh_facenum[mesh])].ravel() + first
@@ -232,7 +232,7 @@ def _own_solid(model: MjModel, mesh: int) -> Solid:
     a, b, c = (vertices[k::3] for k in range(3))
     normals = np.repeat(np.cross(b - a, c - a), 3, axis=0)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    return Solid(vertices, normals, np.zeros((len(vertices), 2)), np.arange(len(vertices)).reshape(-1, 3))
+    return TexturedSolid(vertices, normals, np.zeros((len(vertices), 2)), np.arange(len(vertices)).reshape(-1, 3))
 
 
 def _clear(geom: Any) -> list[tuple[Any, ...]]:

@@ -20,7 +20,7 @@ Profile = Sequence[tuple[float, float]]
 
 @final
 @dataclass(frozen=True)
-class Solid:
+class TexturedSolid:
     """Triangles with a normal and a place in a texture at each vertex.
 
     Attributes:
@@ -53,7 +53,7 @@ class Solid:
         return cls(corners, normal, texture.reshape(-1, 2), faces)
 
 
-def turned(profile: Profile, corner: float = 2.0, *, planar: bool = False, bumps: float = 0.0) -> Solid:
+def turned(profile: Profile, corner: float = 2.0, *, planar: bool = False, bumps: float = 0.0) -> TexturedSolid:
     """A profile turned about the z axis.
 
     Args:
@@ -78,7 +78,7 @@ def turned(profile: Profile, corner: float = 2.0, *, planar: bool = False, bumps
     else:
         along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
         texture = np.stack(np.broadcast_arrays(angle / (2.0 * np.pi), (along / along[-1])[:, None]), axis=2)
-    return Solid.of_grid(grid, texture)
+    return TexturedSolid.of_grid(grid, texture)
 
 
 def _dents(grid: Floats) -> Floats:
@@ -146,7 +146,7 @@ _ROD: Final = (
     (-1.0, 0.0), *_edges((-1.0, 0.93)), (-0.94, 1.0), (0.94, 1.0), *_edges((1.0, 0.93)), (1.0, 0.0),
 )  # fmt: skip
 
-SOLIDS: Final[Mapping[str, Callable[[], Solid]]] = MappingProxyType({
+SOLIDS: Final[Mapping[str, Callable[[], TexturedSolid]]] = MappingProxyType({
     "block": lambda: turned(_BOX, SQUARE, planar=True),
     "rod": lambda: turned(_ROD),
     "ball": lambda: turned(_BALL),

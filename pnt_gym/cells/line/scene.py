@@ -11,7 +11,6 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.stage import light_stage
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.furniture import HOOD, add_belt_frame, add_stand
 from pnt_gym.cells.conveyor.scene import add_bins, add_cup, add_ground, add_robot
@@ -45,20 +44,13 @@ class LineScene:
         for robot, columns, tip in zip(self.robots, self.columns, tips, strict=True):
             self.data.qpos[columns] = robot.pose(tip[None])[0]
         mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_camlight(self.model, self.data)
 
 
 def build_scene(config: LineConfig) -> LineScene:
     """Compile the model of the line."""
     spec, belt = mujoco.MjSpec(), belt_extent(config)
-    # Add light, floor, the belt and its frame.
-    light_stage(spec, ambient=0.42, diffuse=0.26)
     # MuJoCo scales clipping planes and the free camera by the extent, which must hold the whole belt.
     spec.stat.center, spec.stat.extent = [sum(belt) / 2, 0.0, -0.3], (belt[1] - belt[0]) / 2 + 1.0
-    spec.visual.map.shadowclip = 2.0  # else the shadows' borders are seen on the floor
-    sun = {"diffuse": np.full(3, 0.42), "specular": np.full(3, 0.2)}
-    light = spec.worldbody.add_light(pos=[sum(belt) / 2, 1.2, 3.0], dir=[0.20, -0.35, -1.0], **sun)
-    light.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     belt_config = config.cell.belt
     add_ground(spec, config.cell.model_copy(update={"belt": belt_config.model_copy(update={"x": belt})}), GROUND)
     half, _ = HOOD
