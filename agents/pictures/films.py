@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -131,14 +132,20 @@ def save(pictures: Sequence[Any], path: Path, hold: float = 1.2) -> int:
         ValueError: it is too large at any quality.
     """
     durations = [round(1000 / RATE)] * (len(pictures) - 1) + [round(1000 * hold)]
-    for quality in QUALITIES:
-        film = BytesIO()
-        options: dict[str, Any] = {"quality": quality, "method": 4, "duration": durations, "loop": 0}
+    written: dict[int, bytes] = {}
+
+    def fits(quality: int) -> bool:
+        film, options = BytesIO(), {"quality": quality, "method": 4, "duration": durations, "loop": 0}
         pictures[0].save(film, "WEBP", save_all=True, append_images=pictures[1:], minimize_size=True, **options)
-        if film.tell() <= MOST_BYTES:
-            replace_file(path, partial(Path.write_bytes, data=film.getvalue()))
-            return film.tell()
-    raise ValueError(f"{path.name} is larger than {MOST_BYTES} bytes; film fewer throws")
+        written[quality] = film.getvalue()
+        return film.tell() <= MOST_BYTES
+
+    best = bisect_left(QUALITIES, True, key=fits)
+    if best == len(QUALITIES):
+        raise ValueError(f"{path.name} is larger than {MOST_BYTES} bytes; film fewer throws")
+    data = written[QUALITIES[best]]
+    replace_file(path, partial(Path.write_bytes, data=data))
+    return len(data)
 
 
 def _rate(throws: Sequence[Throws]) -> float | None:
