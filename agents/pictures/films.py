@@ -27,12 +27,12 @@ from .stage import Stage
 
 WIDTH, HEIGHT = 960, 540
 """Size of a film [pixels]."""
-RATE: Final = 15
+RATE: Final = 12
 """Frames per second."""
-SAMPLES: Final = 8
+SAMPLES: Final = 6
 """Drawings of a frame, whose mean it is: no stairs, and soft shadows."""
 MOST_BYTES: Final = 900_000
-QUALITIES: Final = (72, 62, 52, 42, 34, 26, 18)
+QUALITIES: Final = (72, 60, 50, 40, 32, 24, 18, 12)
 """Of WebP; the first one that keeps a film below `MOST_BYTES` is taken."""
 LAZY: Final = 0.82
 """Share of its distance to the object that the camera keeps from frame to frame."""

@@ -21,9 +21,9 @@ from pnt_gym.palette import BY_SHAPE, CLEAR, FINISHES, GLASS, ITEMS, PLAIN, SKY,
 
 PERIODS: Final = {"belt": 0.40, "floor": 1.0, "board": 0.10, "wood": 0.5}
 """Sides of textures that are laid on in their true size [m]; other textures are stretched over a whole shape."""
-AMBIENT: Final = 0.40
+AMBIENT: Final = 0.42
 """Light from everywhere, as a share of the brightest."""
-SUN: Final = 0.48, 0.24
+SUN: Final = 0.50, 0.18
 """Strengths of the two lights that throw shadows: a lamp, and one of the places of a wide ceiling."""
 COARSE: Final = 1024
 """Side of the map of shadows in each of many drawings [pixels]."""

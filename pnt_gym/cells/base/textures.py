@@ -45,18 +45,16 @@ def _shaded(ground: Floats, shade: Floats) -> Texture:
 
 
 def _belt() -> Texture:
-    """Dark rubber with a weave, scuffs and a seam across; the belt runs along the columns."""
-    weave = 1.0 + 0.05 * np.sin(2.0 * np.pi * 64.0 * _U) * np.sin(2.0 * np.pi * 64.0 * _V)
-    scuffs = 1.0 + 0.22 * _noise(10, 1) + 0.12 * np.clip(_noise(90, 2), 0.0, 1.0)
+    """Dark rubber with scuffs and a seam across; the belt runs along the columns."""
     ground = _painted(_plain((0.165, 0.185, 0.215)), np.abs(_U - 0.5) < 0.016, (0.30, 0.33, 0.37))
-    return _shaded(ground, weave * scuffs)
+    return _shaded(ground, 1.0 + 0.20 * _noise(8, 1))
 
 
 def _floor() -> Texture:
     """Sealed concrete: pale, a little cloudy, with joints around each square."""
     joints = (np.minimum(_U, 1.0 - _U) < 0.004) | (np.minimum(_V, 1.0 - _V) < 0.004)
     ground = _painted(_plain((0.70, 0.72, 0.745)), joints, (0.60, 0.62, 0.65))
-    return _shaded(ground, 1.0 + 0.035 * _noise(5, 3) + 0.02 * _noise(100, 4))
+    return _shaded(ground, 1.0 + 0.03 * _noise(4, 3))
 
 
 def _wood() -> Texture:
