@@ -33,7 +33,7 @@ PLACES: Final = "grasp_places"
 """Name of the figure of places to grasp."""
 HERO: Final = "hero"
 """Name of the film of the planner and of a learned policy beside each other."""
-ACROSS: Final = Viewpoint(lookat=(0.0, 0.22, -0.72), distance=1.75, azimuth=236.0, elevation=-26.0)
+ACROSS: Final = Viewpoint(lookat=(0.0, 0.20, -0.70), distance=2.0, azimuth=232.0, elevation=-26.0)
 """Over the bins to the belt, close."""
 PAIR: Final = tuple(
     ThrowFilm("PnTRelease-v0", controller, title, "waste", throws=6, slow=1.5, seed=16, camera=ACROSS)
