@@ -9,8 +9,9 @@ import numpy as np
 import viser
 
 from pnt_gym.arrays import Floats
+from pnt_gym.cells.conveyor.furniture import ABOVE
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.scene import ABOVE, belt_extent
+from pnt_gym.cells.line.scene import belt_extent
 from pnt_gym.palette import ITEMS
 
 from ..line.plan_picture import arriving, spacing

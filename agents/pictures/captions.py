@@ -16,7 +16,8 @@ SHADE: Final = (24, 30, 38, 205)
 """Ground of words."""
 GOOD: Final = (94, 214, 126)
 BAD: Final = (255, 112, 92)
-Words = Sequence[tuple[str, Any, tuple[int, int, int]]]
+Ink = tuple[int, int, int]
+Words = Sequence[tuple[str, Any, Ink]]
 """Texts with their fonts and colours."""
 BORDER: Final = 14
 """Distance of words from the edges of a frame 540 pixels high [pixels]."""
@@ -54,7 +55,7 @@ def write_caption(frame: Frame, caption: Caption) -> Any:
     brush, (wide, high) = ImageDraw.Draw(image, "RGBA"), image.size
     label, figure = font(high // 22), font(high // 12)
     _plate(brush, (BORDER, BORDER), [(caption.title, label, INK)])
-    words = [(caption.item, label, INK)] if caption.item else []
+    words: list[tuple[str, Any, Ink]] = [(caption.item, label, INK)] if caption.item else []
     if caption.result:
         words.append((caption.result, label, GOOD if caption.is_good else BAD))
     value, unit = caption.rate

@@ -39,9 +39,9 @@ class TexturedSolid:
     def of_grid(cls, vertices: Floats, texture: Floats) -> Self:
         """Surface of a grid of places (R, C, 3) with places in a texture (R, C, 2); C runs around, R along."""
         rows, columns = vertices.shape[:2]
-        first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
-        one, other = [0, 1, columns + 1], [0, columns + 1, columns]
-        faces = np.concatenate([first[:, None] + one, first[:, None] + other])
+        corner: Ints = np.arange(rows * columns, dtype=np.int64).reshape(rows, columns)[:-1, :-1].reshape(-1, 1)
+        one, other = np.array([0, 1, columns + 1]), np.array([0, columns + 1, columns])
+        faces: Ints = np.concatenate([corner + one, corner + other])
         corners = vertices.reshape(-1, 3)
         normal = np.zeros_like(corners)
         a, b, c = (corners[faces[:, k]] for k in range(3))
@@ -98,8 +98,8 @@ def _dense(profile: Profile, count: int) -> Profile:
     points = np.array(profile, dtype=np.float64)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     at: Floats = np.linspace(0.0, float(along[-1]), count)
-    heights, radii = (np.interp(at, along, column).tolist() for column in points.T)
-    return list(zip(heights, radii, strict=True))
+    heights, radii = (np.asarray(np.interp(at, along, points[:, column]), dtype=np.float64) for column in (0, 1))
+    return [(float(height), float(radius)) for height, radius in zip(heights, radii, strict=True)]
 
 
 _BOX: Final = (
