@@ -88,7 +88,7 @@ def main() -> None:
             write_text(FOLDER / f"{PLACES}.svg", svg(places.figure()))
             continue
         path = FOLDER / f"{name}.webp"
-        size = films.save(list(pictures(name)), path)
+        size = films.save(list(pictures(name)), path, moves=name in FILMS)
         print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} KB", flush=True)
         if name == LINE[0]:
             who_took_what()

@@ -31,6 +31,8 @@ RATE: Final = 12
 """Frames per second."""
 SAMPLES: Final = 6
 """Drawings of a frame, whose mean it is: no stairs, and soft shadows."""
+HOLD: Final = 1.2
+"""How long a film stays at its last picture [s]."""
 MOST_BYTES: Final = 900_000
 QUALITIES: Final = (72, 60, 50, 40, 32, 24, 18, 12)
 """Of WebP; the first one that keeps a film below `MOST_BYTES` is taken."""
@@ -125,18 +127,27 @@ def line(controller: str, title: str, level: str, seconds: float) -> Iterator[An
                 return
 
 
-def save(pictures: Sequence[Any], path: Path, hold: float = 1.2) -> int:
-    """Write a film that runs for ever, and stays at its last picture for a time [s]; returns its size in bytes.
+def save(pictures: Sequence[Any], path: Path, *, moves: bool) -> int:
+    """Write a film that runs for ever, and stays at its last picture for `HOLD`; returns its size in bytes.
+
+    Where the camera moves, every picture is stored whole: of differences to the one before, WebP keeps blocks.
+
+    Args:
+        pictures: of one size.
+        path: the .webp file.
+        moves: whether the camera moves.
 
     Raises:
         ValueError: it is too large at any quality.
     """
-    durations = [round(1000 / RATE)] * (len(pictures) - 1) + [round(1000 * hold)]
+    durations = [round(1000 / RATE)] * (len(pictures) - 1) + [round(1000 * HOLD)]
     written: dict[int, bytes] = {}
 
     def fits(quality: int) -> bool:
         film, options = BytesIO(), {"quality": quality, "method": 4, "duration": durations, "loop": 0}
-        pictures[0].save(film, "WEBP", save_all=True, append_images=pictures[1:], minimize_size=True, **options)
+        if moves:
+            options |= {"kmin": 0, "kmax": 1}
+        pictures[0].save(film, "WEBP", save_all=True, append_images=pictures[1:], **options)
         written[quality] = film.getvalue()
         return film.tell() <= MOST_BYTES
 

@@ -67,13 +67,14 @@ def test_the_same_throws_run_beside_each_other_and_the_camera_follows(monkeypatc
     assert np.abs(last[100:400, :479] - last[100:400, 481:]).max(axis=2).mean() > 5.0, "neither camera moved"
 
 
-def test_a_film_is_saved_at_the_best_quality_that_fits(tmp_path, monkeypatch):
+@pytest.mark.parametrize("moves", [False, True])
+def test_a_film_is_saved_at_the_best_quality_that_fits(tmp_path, monkeypatch, moves):
     noise = np.random.default_rng(0).integers(0, 255, (3, 90, 160, 3), dtype=np.uint8)
     images = [Image.fromarray(frame) for frame in noise]
-    size = save(images, tmp_path / "film.webp")
+    size = save(images, tmp_path / "film.webp", moves=moves)
     assert size == (tmp_path / "film.webp").stat().st_size
     monkeypatch.setattr(films, "MOST_BYTES", size - 1)
-    assert save(images, tmp_path / "film.webp") < size
+    assert save(images, tmp_path / "film.webp", moves=moves) < size
     monkeypatch.setattr(films, "MOST_BYTES", 10)
     with pytest.raises(ValueError, match="film fewer throws"):
-        save(images, tmp_path / "film.webp")
+        save(images, tmp_path / "film.webp", moves=moves)
