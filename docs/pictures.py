@@ -36,7 +36,7 @@ HERO: Final = "hero"
 ACROSS: Final = Viewpoint(lookat=(0.0, 0.20, -0.70), distance=2.0, azimuth=232.0, elevation=-26.0)
 """Over the bins to the belt, close."""
 PAIR: Final = tuple(
-    ThrowFilm("PnTRelease-v0", controller, title, "waste", throws=6, slow=1.5, seed=16, camera=ACROSS)
+    ThrowFilm("PnTRelease-v0", controller, title, "waste", throws=6, slow=1.0, seed=16, camera=ACROSS)
     for controller, title in (("analytic", "planner alone"), ("shipped:waste-sac", "planner + learned"))
 )
 """The same throws by both; `check_typical` holds the seed to what many seeds show."""
@@ -73,7 +73,7 @@ FILMS: Final = {
             camera=Viewpoint(lookat=(0.07, 0.0, -0.30), distance=0.60), follow=0.35,
         ),
         ThrowFilm(
-            "PnTGrasp-v0", "local_mlp", "see, grasp, throw", "grasp", throws=4, slow=1.5,
+            "PnTGrasp-v0", "local_mlp", "see, grasp, throw", "grasp", throws=3, slow=1.5,
             camera=Viewpoint(lookat=(-0.10, -0.12, -0.84), distance=1.25, azimuth=205.0, elevation=-30.0), follow=0.6,
         ),
     )

@@ -130,7 +130,8 @@ def line(controller: str, title: str, level: str, seconds: float) -> Iterator[An
 def save(pictures: Sequence[Any], path: Path, *, moves: bool) -> int:
     """Write a film that runs for ever, and stays at its last picture for `HOLD`; returns its size in bytes.
 
-    Where the camera moves, every picture is stored whole: of differences to the one before, WebP keeps blocks.
+    Where the camera moves, every picture is stored whole if they fit so: of differences to the one before, WebP keeps
+    blocks.
 
     Args:
         pictures: of one size.
@@ -142,21 +143,19 @@ def save(pictures: Sequence[Any], path: Path, *, moves: bool) -> int:
     """
     durations = [round(1000 / RATE)] * (len(pictures) - 1) + [round(1000 * HOLD)]
     written: dict[int, bytes] = {}
+    for keys in ({"kmin": 0, "kmax": 1}, {"kmin": 999, "kmax": 1000})[not moves :]:
 
-    def fits(quality: int) -> bool:
-        film, options = BytesIO(), {"quality": quality, "method": 4, "duration": durations, "loop": 0}
-        if moves:
-            options |= {"kmin": 0, "kmax": 1}
-        pictures[0].save(film, "WEBP", save_all=True, append_images=pictures[1:], **options)
-        written[quality] = film.getvalue()
-        return film.tell() <= MOST_BYTES
+        def fits(quality: int, keys: dict[str, int] = keys) -> bool:
+            film, options = BytesIO(), {"quality": quality, "method": 4, "duration": durations, "loop": 0, **keys}
+            pictures[0].save(film, "WEBP", save_all=True, append_images=pictures[1:], **options)
+            written[quality] = film.getvalue()
+            return film.tell() <= MOST_BYTES
 
-    best = bisect_left(QUALITIES, True, key=fits)
-    if best == len(QUALITIES):
-        raise ValueError(f"{path.name} is larger than {MOST_BYTES} bytes; film fewer throws")
-    data = written[QUALITIES[best]]
-    replace_file(path, partial(Path.write_bytes, data=data))
-    return len(data)
+        best = bisect_left(QUALITIES, True, key=fits)
+        if best < len(QUALITIES):
+            replace_file(path, partial(Path.write_bytes, data=written[QUALITIES[best]]))
+            return len(written[QUALITIES[best]])
+    raise ValueError(f"{path.name} is larger than {MOST_BYTES} bytes; film fewer throws")
 
 
 def _rate(throws: Sequence[Throws]) -> float | None:
