@@ -1,7 +1,7 @@
 """Moving pictures of all environments, for the site and the README: `make pictures`, or `python docs/pictures.py`.
 
 Every film is a few throws of a controller, the planned flight in blue and the flown one in orange; of a line it is the
-begin of a shift, every throw simulated.
+begin of a shift, every throw simulated. The film `hero` shows the same throws by the planner and by a learned policy.
 """
 
 from __future__ import annotations
@@ -10,106 +10,117 @@ import re
 import sys
 from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import dataclass
-from functools import partial
-from io import BytesIO
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final
-
-import numpy as np
-from numpy.typing import NDArray
-from PIL import Image
+from typing import Any, Final
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from agents.ground.drawings import svg  # noqa: E402
-from agents.ground.files import replace_file, write_text  # noqa: E402
+from agents.ground.files import write_text  # noqa: E402
 from agents.judging.trials import open_trial  # noqa: E402
 from agents.line import plan  # noqa: E402
-from agents.pictures import places  # noqa: E402
-from agents.pictures.stage import Stage  # noqa: E402
-from pnt_gym.cells.base.canvas import Picture  # noqa: E402
+from agents.pictures import films, places  # noqa: E402
+from agents.pictures.films import ThrowFilm  # noqa: E402
+from pnt_gym.cells.base.canvas import Viewpoint  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"
-SIZE: Final = (480, 270)
-"""Width and height of a frame [pixels]; one of another shape keeps it, at this width."""
-RATE: Final = 15
-"""Frames per second."""
-MOST_BYTES: Final = 700_000
-QUALITIES: Final = (60, 45, 30, 20)
-"""Of WebP; the first one that keeps a film below `MOST_BYTES` is taken."""
-
-
-@dataclass(frozen=True)
-class Film:
-    """What to show of an environment.
-
-    Attributes:
-        controller: by name; it practises first if it learns.
-        level: of the cell.
-        throws: how many.
-        slow: how many times slower than in truth.
-        seed: names the objects.
-    """
-
-    controller: str
-    level: str
-    throws: int
-    slow: int
-    seed: int = 0
-
-
-FILMS: Final = {
-    "PnTConveyor-v0": Film("oracle", "waste", throws=4, slow=1),
-    "PnTAdapt-v0": Film("kalman", "day", throws=4, slow=1),
-    "PnTRelease-v0": Film("analytic", "waste", throws=3, slow=1),
-    "OneJointThrow-v0": Film("virtual_goal", "paper", throws=2, slow=3),
-    "OneJointSort-v0": Film("virtual_goal", "nominal", throws=3, slow=2),
-    "OneJointAssembly-v0": Film("virtual_goal", "nominal", throws=2, slow=2),
-    "GripperToss-v0": Film("virtual_goal", "nominal", throws=3, slow=3, seed=3),
-    "PnTGrasp-v0": Film("centre", "grasp", throws=4, slow=1),
-}
-
-
 LINE: Final = ("PnTLine-v0", "skills3", "price", 6.0)
 """The environment of lines, its level, who decides, and for how many seconds it is filmed, every throw simulated."""
 PLACES: Final = "grasp_places"
 """Name of the figure of places to grasp."""
+HERO: Final = "hero"
+"""Name of the film of the planner and of a learned policy beside each other."""
+ACROSS: Final = Viewpoint(lookat=(0.0, 0.20, -0.70), distance=2.0, azimuth=232.0, elevation=-26.0)
+"""Over the bins to the belt, close."""
+PAIR: Final = tuple(
+    ThrowFilm("PnTRelease-v0", controller, title, "waste", throws=6, slow=1.0, seed=16, camera=ACROSS)
+    for controller, title in (("analytic", "planner alone"), ("shipped:waste-sac", "planner + learned"))
+)
+"""The same throws by both; `check_typical` holds the seed to what many seeds show."""
+SEEDS: Final = 60
+"""Seeds whose mean the seed of the pair shows, rounded."""
+FILMS: Final = {
+    film.env: film
+    for film in (
+        ThrowFilm(
+            "PnTConveyor-v0", "shipped:waste-sac", "conveyor: learned by SAC", "waste", throws=4, slow=1.5,
+            camera=Viewpoint(lookat=(-0.05, 0.02, -0.80), distance=1.6, azimuth=228.0, elevation=-24.0), follow=0.45,
+        ),
+        ThrowFilm(
+            "PnTAdapt-v0", "kalman", "a cell that drifts: Kalman filter", "day", throws=4, slow=1.5,
+            camera=Viewpoint(lookat=(0.0, 0.0, -0.50), distance=2.9, azimuth=308.0, elevation=-14.0), follow=0.2,
+        ),
+        ThrowFilm(
+            "PnTRelease-v0", "analytic", "one throw: plan blue, flight orange", "waste", throws=3, slow=2.0, seed=8,
+            camera=Viewpoint(lookat=(0.0, 0.20, -0.76), distance=1.15, azimuth=200.0, elevation=-9.0), follow=0.6,
+        ),
+        ThrowFilm(
+            "OneJointThrow-v0", "virtual_goal", "one joint: virtual goal", "paper", throws=2, slow=3.0, follow=0.3,
+        ),
+        ThrowFilm(
+            "OneJointSort-v0", "virtual_goal", "three pallets: virtual goal", "nominal", throws=3, slow=2.0,
+            camera=Viewpoint(lookat=(0.0, 0.0, 0.06), distance=1.5, azimuth=62.0, elevation=-16.0), follow=0.25,
+        ),
+        ThrowFilm(
+            "OneJointAssembly-v0", "virtual_goal", "thrown together: virtual goal", "nominal", throws=2, slow=2.0,
+            camera=Viewpoint(lookat=(0.10, 0.0, 0.02), distance=0.95, azimuth=112.0, elevation=-12.0), follow=0.5,
+        ),
+        ThrowFilm(
+            "GripperToss-v0", "virtual_goal", "claws in the platform", "nominal", throws=3, slow=2.0, seed=3,
+            camera=Viewpoint(lookat=(0.07, 0.0, -0.30), distance=0.60), follow=0.35,
+        ),
+        ThrowFilm(
+            "PnTGrasp-v0", "local_mlp", "see, grasp, throw", "grasp", throws=3, slow=1.5,
+            camera=Viewpoint(lookat=(-0.10, -0.12, -0.84), distance=1.25, azimuth=205.0, elevation=-30.0), follow=0.6,
+        ),
+    )
+}  # fmt: skip
+"""A film of each environment of throws, each with a view of its own."""
 
 
 def main() -> None:
     """Film all environments, or those that are named, and draw places to grasp."""
-    for env_id in sys.argv[1:] or (*FILMS, LINE[0], PLACES):
-        if env_id == PLACES:
+    for name in sys.argv[1:] or (HERO, *FILMS, LINE[0], PLACES):
+        if name == PLACES:
             write_text(FOLDER / f"{PLACES}.svg", svg(places.figure()))
             continue
-        path = FOLDER / f"{env_id}.webp"
-        if env_id == LINE[0]:
+        path = FOLDER / f"{name}.webp"
+        size = films.save(list(pictures(name)), path, moves=name in FILMS)
+        print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} KB", flush=True)
+        if name == LINE[0]:
             who_took_what()
             plans_of_the_plant()
-        size = save(list(line_at_work() if env_id == LINE[0] else frames(env_id, FILMS[env_id])), path)
-        print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} KB")
 
 
-def frames(env_id: str, film: Film) -> Iterator[NDArray[np.uint8]]:
-    """Frames (height, width, 3) of a film."""
-    with closing(Stage(film.controller, env_id, film.level, film.seed)) as stage:
-        for _ in islice(stage.steps, film.throws):
-            yield from stage.view.last_throw(RATE * film.slow)
+def pictures(name: str) -> Iterator[Any]:
+    """Pictures of a film by name."""
+    if name == HERO:
+        check_typical()
+        return films.side_by_side(PAIR)
+    if name == LINE[0]:
+        return films.line(LINE[2], "three robots, one belt", LINE[1], LINE[3])
+    return films.single(FILMS[name])
 
 
-def line_at_work() -> Iterator[NDArray[np.uint8]]:
-    """Frames of a line from the beginning of a shift on."""
-    env_id, level, name, seconds = LINE
-    with closing(Stage(name, env_id, level, 0, throws="full")) as stage:
-        stage.view.aim(Picture.of(2 * SIZE[0], 2 * SIZE[1], None))
-        for time in stage.steps:
-            yield from stage.view.last_throw(RATE)
-            if time >= seconds:
-                return
+def check_typical() -> None:
+    """Make sure that in the film of the pair each sorts as many objects as `SEEDS` seeds show on average, rounded."""
+    for film in PAIR:
+        counts = [sorted_objects(film, seed) for seed in range(SEEDS)]
+        mean, shown = sum(counts) / SEEDS, counts[film.seed]
+        print(f"{film.title}: {mean:.2f} of {film.throws} sorted, mean of {SEEDS} seeds; {shown} shown", flush=True)
+        if shown != round(mean):
+            raise ValueError(f"the film shows {shown} sorted objects of {film.title}; typical are {mean:.2f}")
+
+
+def sorted_objects(film: ThrowFilm, seed: int) -> int:
+    """Number of objects that a film's controller sorts in its throws with a seed."""
+    with closing(open_trial(film.env, film.level, 1, 1)) as trial:
+        actor = trial.controller(film.controller)
+        actor.reset(seed)
+        return sum(int(throw.sorted[0]) for throw in islice(trial.steps(actor, seed), film.throws))
 
 
 def who_took_what() -> None:
@@ -131,26 +142,6 @@ def plans_of_the_plant() -> None:
             plan.Arguments(str(level), robots=(2, 3, 4), percents=(30.0, 60.0), picture=drawing, tables=Path(folder))
         )
         write_text(FOLDER / "line_plan.svg", drawing.read_text())
-
-
-def save(pictures: list[NDArray[np.uint8]], path: Path) -> int:
-    """Write a film that runs for ever; returns its size in bytes.
-
-    Raises:
-        ValueError: it is too large at any quality.
-    """
-    wide, high = SIZE[0], round(SIZE[0] * pictures[0].shape[0] / pictures[0].shape[1])
-    images = [Image.fromarray(picture).resize((wide, high), Image.Resampling.LANCZOS) for picture in pictures]
-    duration = round(1000 / RATE)
-    for quality in QUALITIES:
-        film = BytesIO()
-        images[0].save(
-            film, "WEBP", save_all=True, append_images=images[1:], duration=duration, loop=0, quality=quality, method=6
-        )
-        if film.tell() <= MOST_BYTES:
-            replace_file(path, partial(Path.write_bytes, data=film.getvalue()))
-            return film.tell()
-    raise ValueError(f"{path.name} is larger than {MOST_BYTES} bytes; film fewer throws")
 
 
 if __name__ == "__main__":

@@ -9,9 +9,10 @@ import numpy as np
 import viser
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.stage import ITEM_RGBA
+from pnt_gym.cells.conveyor.furniture import ABOVE
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.scene import ABOVE, belt_extent
+from pnt_gym.cells.line.scene import belt_extent
+from pnt_gym.palette import ITEMS
 
 from ..line.plan_picture import arriving, spacing
 from . import changes
@@ -319,5 +320,5 @@ def landing_cloud(answer: Answer) -> tuple[Floats, Any]:
                 continue
             middle = np.array([robot.x + bin_.x, bin_.y, line.cell.bins.rim + 0.01])
             places.append(middle + np.column_stack([points, np.zeros(len(points))]))
-            colours.append(np.tile(ITEM_RGBA[line.cell.items.index(item), :3], (len(points), 1)))
+            colours.append(np.tile(ITEMS[line.cell.items.index(item), :3], (len(points), 1)))
     return np.concatenate(places), (255.0 * np.concatenate(colours)).astype(np.uint8)

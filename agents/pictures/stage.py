@@ -7,6 +7,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any, Final, final
 
+from pnt_gym.cells.base.canvas import Picture
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.grasp.core import GraspCore
@@ -21,6 +22,8 @@ from .seen import SeenController, SeenView
 
 RATE: Final = 60
 """Frames per second from which a picture's frame is chosen."""
+SAMPLES: Final = 24
+"""Drawings of a picture, whose mean it is: no stairs, and soft shadows."""
 
 
 @final
@@ -106,6 +109,7 @@ class Stage:
     def draw(self, file: Path, moment: float) -> None:
         """Draw the last throw, or the line, at a moment [s], or at its end if the moment is later."""
         self.advance(moment)
+        self.view.aim(Picture(), SAMPLES)
         deliver(file, lambda path: self._write(path, moment))
 
     def _write(self, path: Path, moment: float) -> None:

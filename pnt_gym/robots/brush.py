@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, TypeAlias, final
+from typing import Final, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.engine import GeomType, MjsBody, mujoco
+from pnt_gym.palette import Colour
 
 FIXED_GROUP: Final = 1
 MOVING_GROUP: Final = 2
-Colour: TypeAlias = tuple[float, float, float, float]
-"""Red, green, blue, opacity."""
-PAINT: Final[Colour] = (0.93, 0.94, 0.95, 1.0)
-STEEL: Final[Colour] = (0.62, 0.65, 0.69, 1.0)
-MOTOR: Final[Colour] = (0.16, 0.18, 0.21, 1.0)
-ACCENT: Final[Colour] = (0.95, 0.47, 0.09, 1.0)
-CARBON: Final[Colour] = (0.09, 0.09, 0.10, 1.0)
 
 
 @final

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import os
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Self, final
 
@@ -15,6 +16,7 @@ from pydantic import Field, ValidationError
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Finite, Positive, Section
+from pnt_gym.cells.base.look import SceneLook, light
 from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.engine import MjData, MjModel, has_display, mujoco
 from pnt_gym.errors import ConfigError
@@ -89,6 +91,14 @@ class Marker:
         """A small sphere."""
         return cls(int(mujoco.mjtGeom.mjGEOM_SPHERE.value), np.full(3, radius), position, np.eye(3).ravel(), rgba)
 
+    @classmethod
+    def all_of(cls, model: MjModel) -> list[Self]:
+        """The geoms of a model whose bodies are at rest, as markers."""
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        columns = model.geom_type, model.geom_size, data.geom_xpos, data.geom_xmat, model.geom_rgba
+        return [cls(int(kind), *rest) for kind, *rest in zip(*(np.array(column) for column in columns), strict=True)]
+
     def write(self, geom: Any) -> None:
         """Write this shape into one of MuJoCo's abstract geoms."""
         mujoco.mjv_initGeom(geom, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
@@ -101,18 +111,24 @@ class Canvas:
     Args:
         camera: MuJoCo's camera.
         size: height and width of a frame [pixels].
+        items: names of the items, in the order of their colours, for their looks.
     """
 
-    def __init__(self, camera: Any, size: tuple[int, int] = SIZE) -> None:
+    def __init__(self, camera: Any, size: tuple[int, int] = SIZE, items: Sequence[str] = ()) -> None:
         self.camera = camera
         self.size = size
+        self.samples = 1
+        """Drawings of a picture, each with the lights elsewhere and shifted by a part of a pixel, whose mean it is."""
+        self._items = items
+        self._look: SceneLook | None = None
         self._renderer: Any = None
         self._thread = 0
         """Identifier of the thread that opened the renderer."""
 
-    def aim(self, picture: Picture) -> None:
-        """Set size and camera of all pictures from now on."""
+    def aim(self, picture: Picture, samples: int = 1) -> None:
+        """Set size and camera of all pictures from now on, and the number of drawings whose mean a picture is."""
         self.close()
+        self.samples = samples
         self.size = (picture.height, picture.width)
         for name, value in picture.camera.model_dump(exclude_none=True).items():
             setattr(self.camera, name, value)
@@ -125,15 +141,19 @@ class Canvas:
         """
         with DRAWING_LOCK:
             renderer = self._open_renderer(model)
+            assert self._look is not None
             renderer.update_scene(data, self.camera)
+            scene, own = renderer.scene, int(renderer.scene.ngeom)
             for marker in markers:
                 # Add the shape to a scene, if the scene has room for another shape.
-                scene = renderer.scene
                 if scene.ngeom < scene.maxgeom:
                     marker.write(scene.geoms[scene.ngeom])
                     scene.ngeom += 1
+            self._look.dress(scene, model, own)
             with renderer._gl_context.as_current():  # current for this picture only: other threads draw, too
-                return renderer.render().copy()
+                if self._look.move_belt(model, data):
+                    mujoco.mjr_uploadTexture(self._look.model, renderer._mjr_context, self._look.belt)
+                return self._mean_of_samples(renderer)
 
     def close(self) -> None:
         """Free the renderer; safe to call twice.
@@ -147,11 +167,32 @@ class Canvas:
                 self._renderer.close()
                 self._renderer = None
 
+    def _mean_of_samples(self, renderer: Any) -> Frame:
+        """The mean of drawings with the camera shifted inside a pixel and with the lights elsewhere."""
+        scene, reach = renderer.scene, float(self.camera.distance)
+        first, total = [copy.copy(camera) for camera in scene.camera], np.zeros((*self.size, 3))
+        for sample in range(self.samples):
+            share = sample / self.samples
+            shift = np.array([0.0, 0.0]) if sample == 0 else (np.array([sample * 0.618, share]) % 1.0) - 0.5
+            for camera, kept in zip(scene.camera, first, strict=True):
+                pixel = (kept.frustum_top - kept.frustum_bottom) / self.size[0]
+                camera.frustum_center = kept.frustum_center + shift[0] * pixel
+                camera.frustum_bottom = kept.frustum_bottom + shift[1] * pixel
+                camera.frustum_top = kept.frustum_top + shift[1] * pixel
+            light(scene, share, reach)
+            drawing = renderer.render()
+            if self.samples == 1:
+                return drawing.copy()
+            total += drawing
+        return np.asarray(np.rint(total / self.samples).astype(np.uint8))
+
     def _open_renderer(self, model: MjModel) -> Any:
         """The renderer, set to this model; one renderer draws all models, because all have the same layout."""
         if self._renderer is None:
-            self._renderer, self._thread = _new_renderer(model, self.size), threading.get_ident()
-            self._renderer._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
+            self._look = SceneLook(model, self.size, self._items, float(self.camera.distance), is_mean=self.samples > 1)
+            self._renderer, self._thread = _new_renderer(self._look.model, self.size), threading.get_ident()
+            flags = self._renderer.scene.flags
+            flags[mujoco.mjtRndFlag.mjRND_REFLECTION], flags[mujoco.mjtRndFlag.mjRND_FOG] = 0, 1
         self._check_thread()
         self._renderer._model = model
         return self._renderer

@@ -2,33 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from colorsys import hsv_to_rgb
+from collections.abc import Iterable
 from typing import Any, Final
 
 import numpy as np
 
 from pnt_gym.cells.base.canvas import LARGEST_SIZE
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
-
-Rgba = tuple[float, float, float, float]
+from pnt_gym.palette import FLOOR, SKY
 
 SURROUNDINGS_SOLREF: Final = (0.004, 1.0)
 """Time constant [s] and damping ratio of contacts with fixed surroundings."""
-FLOOR_RGBA: Final[Rgba] = (0.82, 0.83, 0.84, 1.0)
-BELT_RGBA: Final[Rgba] = (0.20, 0.22, 0.24, 1.0)
-BIN_RGBA: Final[Sequence[Rgba]] = (
-    (0.16, 0.42, 0.62, 1.0),
-    (0.20, 0.52, 0.40, 1.0),
-    (0.46, 0.34, 0.58, 1.0),
-    (0.58, 0.36, 0.26, 1.0),
-)
-"""Colours of the bins in their order; a fifth bin has the first colour again."""
-ITEM_RGBA: Final = np.array([(*hsv_to_rgb((0.13 + 0.618 * kind) % 1.0, 0.62, 0.93), 1.0) for kind in range(64)])
-"""Colours of the item kinds (64, 4): hues a golden section apart, so that no two neighbours look alike."""
-HAND_RGBA: Final[Rgba] = (0.95, 0.47, 0.09, 1.0)
-LIP_RGBA: Final[Rgba] = (0.25, 0.25, 0.27, 1.0)
-"""Colour of a compliant cup's rubber lip."""
 BELT_THICKNESS: Final = 0.04
 """Thickness of a belt's plate [m]."""
 
@@ -51,8 +35,8 @@ def light_stage(spec: MjSpec, ambient: float = 0.38, diffuse: float = 0.42) -> N
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
         builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.90, 0.93, 0.96],
-        rgb2=[0.55, 0.62, 0.70],
+        rgb1=list(SKY[0]),
+        rgb2=list(SKY[1]),
         width=64,
         height=384,
     )
@@ -69,7 +53,7 @@ def add_floor(spec: MjSpec, height: float, half: float, **attributes: Any) -> No
     """
     plane = mujoco.mjtGeom.mjGEOM_PLANE
     spec.worldbody.add_geom(
-        name="floor", type=plane, size=[half, half, 0.1], pos=[0, 0, height], rgba=FLOOR_RGBA, **attributes
+        name="floor", type=plane, size=[half, half, 0.1], pos=[0, 0, height], rgba=FLOOR, **attributes
     )
 
 

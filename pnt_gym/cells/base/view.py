@@ -6,26 +6,29 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any, Final, Protocol, final
+from typing import Any, Protocol, final
 
 import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Picture, Window
-from pnt_gym.cells.base.plant import Plant
+from pnt_gym.cells.base.plant import Plant, Recording
 from pnt_gym.engine import MjData, MjModel
 from pnt_gym.errors import ConfigError
+from pnt_gym.palette import FLIGHT, PLAN, TARGET
 
 Scene = tuple[MjModel, MjData, list[Marker]]
 """Model, state, and markers that are drawn beside them."""
-_PLAN_RGBA: Final = np.array([0.10, 0.45, 0.90, 0.9])
-_TARGET_RGBA: Final = np.array([0.20, 0.70, 0.35, 0.9])
-FLIGHT_RGBA: Final = np.array([0.95, 0.35, 0.10, 1.0])
-"""Colour of the dots along a simulated flight."""
+_PLAN, _FLIGHT, _TARGET = (np.array(colour) for colour in (PLAN, FLIGHT, TARGET))
 
 
 class Filmed(Protocol):
     """A simulated cell that can be drawn."""
+
+    @property
+    def item_names(self) -> Sequence[str]:
+        """Names of the items, in the order of their kinds."""
+        ...
 
     @property
     def plant(self) -> Plant[Any, Any, Any]:
@@ -52,8 +55,12 @@ class Filmed(Protocol):
 class View(Protocol):
     """Pictures of a cell, as environments and films use them."""
 
-    def aim(self, picture: Picture) -> None:
-        """Set size and camera of all pictures from now on."""
+    def aim(self, picture: Picture, samples: int = 1) -> None:
+        """Set size and camera of all pictures from now on, and the number of drawings whose mean a picture is."""
+
+    def draw(self, scene: Scene) -> Frame:
+        """Picture of a scene (height, width, 3)."""
+        ...
 
     def frame(self, row: int = 0) -> Frame:
         """Picture of one row before the coming step (height, width, 3)."""
@@ -89,17 +96,29 @@ class ThrowView(View):
         camera: MuJoCo's camera.
         dots: size of the flights' dots, 1 for a cell some metres wide.
         size: height and width of a frame [pixels].
+        around: what stands around the cell in offscreen pictures.
     """
 
-    def __init__(self, cell: Filmed, camera: Any, dots: float = 1.0, size: tuple[int, int] = SIZE) -> None:
-        self._cell, self._dots = cell, dots
-        self._canvas = Canvas(camera, size)
+    def __init__(
+        self,
+        cell: Filmed,
+        camera: Any,
+        dots: float = 1.0,
+        size: tuple[int, int] = SIZE,
+        around: Sequence[Marker] = (),
+    ) -> None:
+        self._cell, self._dots, self._around = cell, dots, list(around)
+        self._canvas = Canvas(camera, size, cell.item_names)
         self._window: Window | None = None
         cell.plant.record_row = 0
 
-    def aim(self, picture: Picture) -> None:
-        """Set size and camera of all pictures from now on."""
-        self._canvas.aim(picture)
+    def aim(self, picture: Picture, samples: int = 1) -> None:
+        """Set size and camera of all pictures from now on, and the number of drawings whose mean a picture is."""
+        self._canvas.aim(picture, samples)
+
+    def draw(self, scene: Scene) -> Frame:
+        """Picture of a scene (height, width, 3)."""
+        return self._canvas.draw(*scene)
 
     def frame(self, row: int = 0) -> Frame:
         """Picture of one cell before the coming throw (height, width, 3).
@@ -108,7 +127,9 @@ class ThrowView(View):
             ConfigError: no OpenGL library could be loaded.
         """
         model, data = self._cell.pose(row)
-        return self._canvas.draw(model, data, [self._goal(self._cell.target(row)), *self._cell.markers(row)])
+        return self._canvas.draw(
+            model, data, [self._goal(self._cell.target(row)), *self._cell.markers(row), *self._around]
+        )
 
     def last_throw(self, fps: int = FPS) -> list[Frame]:
         """Frames of the last throw of row 0 at true rate; empty before the first throw."""
@@ -157,19 +178,24 @@ class ThrowView(View):
         """MuJoCo's camera on the cell."""
         return self._canvas.camera
 
+    @property
+    def recording(self) -> Recording | None:
+        """The last throw of row 0; None before the first."""
+        return self._cell.plant.recording
+
     def scenes(self, fps: int = FPS) -> Iterator[Scene]:
         """Model, state and markers of every frame of the last throw of row 0; each is valid until the next is taken."""
         recording = self._cell.plant.recording
         if recording is None:
             return
         goal = [self._goal(recording.target)]
-        plan = [Marker.dot(p, _PLAN_RGBA, 0.006 * self._dots) for p in recording.plan]
+        plan = [Marker.dot(p, _PLAN, 0.006 * self._dots) for p in recording.plan]
         for data, trail in recording.play(1.0 / fps):
-            flight = [Marker.dot(p, FLIGHT_RGBA, 0.008 * self._dots) for p in trail]
-            yield recording.model, data, goal + plan + flight + self._cell.markers_at(float(data.time))
+            flight = [Marker.dot(p, _FLIGHT, 0.008 * self._dots) for p in trail]
+            yield recording.model, data, goal + plan + flight + self._cell.markers_at(float(data.time)) + self._around
 
     def _goal(self, target: Floats) -> Marker:
-        return Marker.dot(target, _TARGET_RGBA, 0.016 * self._dots)
+        return Marker.dot(target, _TARGET, 0.016 * self._dots)
 
 
 def record_video(view: View, throws: Iterable[object], path: str | Path, fps: int = FPS, slow: int = 1) -> Path:

@@ -23,6 +23,7 @@ from pnt_gym.cells.conveyor.belt.sources import IndependentPicks, PickSource
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips, grips, picked, slip
+from pnt_gym.cells.conveyor.furniture import furniture
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.conveyor.movers.tracking import empty_motion
@@ -185,7 +186,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
 
     def view(self) -> ThrowView:
         """Pictures of the cells; row 0 is recorded from now on."""
-        return ThrowView(self, camera())
+        return ThrowView(self, camera(), around=furniture(self.config, self.plant.scene.robot.mount))
 
     def pose(self, row: int) -> tuple[MjModel, MjData]:
         """Model and data of one simulation before the coming throw."""

@@ -13,7 +13,6 @@ from pnt_gym.cells.base.flight import Touchdown
 from pnt_gym.cells.base.fluid import write_object
 from pnt_gym.cells.base.plant import simulation_ids
 from pnt_gym.cells.base.settling import Fall, FallEnd, fall, settle
-from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -22,6 +21,7 @@ from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels, build_free_scene, floor_height
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
+from pnt_gym.palette import ITEMS
 from pnt_gym.planning.motion.ballistics import landing_point
 
 NEAR_DISTANCE: Final = 0.02
@@ -38,7 +38,7 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
     contacts = scene_kernel.Contacts(*in_order(place, o.friction, o.rolling_friction, o.solref))
     fields = scene_kernel.ContactFields(*map(batch.expand, scene_kernel.CONTACT_FIELDS))
     scene_kernel.write_contacts(np.ascontiguousarray(rows), geom, contacts, fields)
-    batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
+    batch.expand("geom_rgba")[rows, geom] = ITEMS.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
         bin_fields = scene_kernel.BinFields(*map(batch.expand, scene_kernel.BIN_FIELDS))
         places = *in_order(rows), scene.bin_bodies[0], scene.bin_geoms[0], *in_order(context.target)

@@ -15,11 +15,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import (
-    BELT_RGBA,
     BELT_THICKNESS,
-    BIN_RGBA,
-    HAND_RGBA,
-    LIP_RGBA,
     SURROUNDINGS_SOLREF,
     add_contact_sensor,
     add_floor,
@@ -35,6 +31,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.robot import RobotSheet
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY
 from pnt_gym.engine import MjModel, MjSpec, mujoco
+from pnt_gym.palette import BELT, BINS, HAND, LIP
 from pnt_gym.robots.arm.model import add_serial_arm
 from pnt_gym.robots.joints import RobotModel
 from pnt_gym.robots.rails.model import add_rails
@@ -235,7 +232,7 @@ def add_ground(spec: MjSpec, config: ConveyorConfig, half: float) -> None:
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=[(belt.x[1] - belt.x[0]) / 2, (belt.y[1] - belt.y[0]) / 2, BELT_THICKNESS / 2],
         pos=[sum(belt.x) / 2, sum(belt.y) / 2, belt.height - BELT_THICKNESS / 2],
-        rgba=BELT_RGBA,
+        rgba=BELT,
         surfacevel=[belt.speed, 0, 0, 0, 0, 0],
         solref=SURROUNDINGS_SOLREF,
     )
@@ -247,9 +244,9 @@ def add_cup(spec: MjSpec, lip: float) -> None:
     A compliant lip of a length `lip` [m] collides with nothing and is only drawn.
     """
     # The solid cup begins where the lip ends.
-    parts = [("cup", lip, CUP_LENGTH, _CUP_BIT, HAND_RGBA)]
+    parts = [("cup", lip, CUP_LENGTH, _CUP_BIT, HAND)]
     if lip > 0.0:
-        parts.append(("lip", 0.0, lip, 0, LIP_RGBA))
+        parts.append(("lip", 0.0, lip, 0, LIP))
     for name, low, high, touches, colour in parts:
         spec.body("platform").add_geom(
             name=name,
@@ -312,6 +309,6 @@ def add_bins(spec: MjSpec, config: ConveyorConfig) -> None:
                 type=mujoco.mjtGeom.mjGEOM_BOX,
                 size=half[0, k],
                 pos=middle[0, k],
-                rgba=BIN_RGBA[index % len(BIN_RGBA)],
+                rgba=BINS[index % len(BINS)],
                 solref=SURROUNDINGS_SOLREF,
             )

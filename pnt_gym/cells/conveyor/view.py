@@ -10,16 +10,16 @@ from pnt_gym.arrays import Floats, take
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.rotations import yaw_attitude
 from pnt_gym.cells.base.sorting import Belt
-from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.engine import mujoco
+from pnt_gym.palette import ITEMS
 
 
 def camera() -> Any:
-    """MuJoCo's camera of the standard view: belt, robot and bins from the front left."""
+    """MuJoCo's camera of the standard view: belt, robot and bins from the front right, across the bins."""
     view = mujoco.MjvCamera()
-    view.lookat[:] = [-0.02, 0.10, -0.38]
-    view.distance, view.azimuth, view.elevation = 3.3, 146.0, -19.0
+    view.lookat[:] = [-0.04, 0.10, -0.56]
+    view.distance, view.azimuth, view.elevation = 2.7, 232.0, -24.0
     return view
 
 
@@ -36,7 +36,7 @@ def objects_on_belt(upstream: tuple[Objects, Floats] | None, belt: Belt, time: f
 def object_markers(objects: Objects, centre: Floats, attitude: Floats) -> list[Marker]:
     """Markers of objects (K,), for the centres of their extents (K, 3) [m] and their attitudes (K, 4)."""
     place = objects.placement
-    rgba = ITEM_RGBA.take(objects.kind, axis=0, mode="wrap")
+    rgba = ITEMS.take(objects.kind, axis=0, mode="wrap")
     attitude_drawn, frame = np.zeros(4), np.zeros(9)
     markers: list[Marker] = []
     for k in range(len(centre)):

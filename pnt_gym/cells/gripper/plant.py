@@ -14,13 +14,13 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia, write_object
 from pnt_gym.cells.base.plant import Plant, roll_out, step_counts
-from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.cells.gripper.hidden import Hidden
 from pnt_gym.cells.gripper.motion import TossPlans
 from pnt_gym.cells.gripper.outcome import RecordedThrows
 from pnt_gym.cells.gripper.scene import Scene, build_scene
+from pnt_gym.palette import ITEMS
 from pnt_gym.robots.gripper.geometry import N_ARMS
 from pnt_gym.robots.gripper.references import closed_pose, motor_references
 
@@ -78,7 +78,7 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
         for pad in scene.pads:
             friction[:, pad, 0] = hidden.friction
         batch.set_const()
-        batch.expand("geom_rgba")[:, scene.object_geom] = ITEM_RGBA.take(context.kind, axis=0, mode="wrap")
+        batch.expand("geom_rgba")[:, scene.object_geom] = ITEMS.take(context.kind, axis=0, mode="wrap")
         batch.state[:] = 0.0
         qpos = batch.bind("qpos")
         first = scene.object_qpos

@@ -13,9 +13,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.stage import (
-    BELT_RGBA,
     BELT_THICKNESS,
-    BIN_RGBA,
     SURROUNDINGS_SOLREF,
     add_contact_sensor,
     add_floor,
@@ -28,6 +26,7 @@ from pnt_gym.cells.base.stage import (
 from pnt_gym.cells.gripper.config import GripperConfig, Tray
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY
 from pnt_gym.engine import MjModel, MjSpec, mujoco
+from pnt_gym.palette import BELT, BINS, FRAME, TABLE
 from pnt_gym.robots.gripper.model import PAD_BIT, Gripper4Handles, add_gripper, set_options
 
 SENSORS: Final = {
@@ -44,8 +43,6 @@ FLOOR: Final = -0.52
 """Height of the floor under table and tray [m]; lower for a deep tray."""
 
 _OBJECT_BIT = 1
-_TABLE_RGBA = (0.86, 0.80, 0.70, 1.0)
-_POST_RGBA = (0.55, 0.58, 0.62, 1.0)
 _LARGEST = 0.05
 """Half extent of the object's geom at compile time, an upper bound of all objects; larger for larger items [m]."""
 _FLOOR_DROP = 0.03
@@ -152,7 +149,7 @@ def _add_table(spec: MjSpec, config: GripperConfig, floor: float) -> None:
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=half,
         pos=[sum(table.x) / 2.0, sum(table.y) / 2.0, table.height - thickness / 2.0],
-        rgba=BELT_RGBA if moving else _TABLE_RGBA,
+        rgba=BELT if moving else TABLE,
         surfacevel=[*(table.speed * table.travel), 0, 0, 0],
         contype=0,
         conaffinity=_OBJECT_BIT,
@@ -168,7 +165,7 @@ def _add_post(spec: MjSpec, place: tuple[float, float], z: tuple[float, float], 
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         fromto=[*place, z[0], *place, z[1]],
         size=[0.012 * size, 0, 0],
-        rgba=_POST_RGBA,
+        rgba=FRAME,
         contype=0,
         conaffinity=0,
         group=1,
@@ -185,7 +182,7 @@ def _add_tray(spec: MjSpec, config: GripperConfig, floor: float) -> None:
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=half,
             pos=centre,
-            rgba=BIN_RGBA[0],
+            rgba=BINS[0],
             contype=0,
             conaffinity=_OBJECT_BIT,
             solref=SURROUNDINGS_SOLREF,

@@ -11,13 +11,14 @@ from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Picture
 from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.rotations import yaw_attitude
-from pnt_gym.cells.base.view import FLIGHT_RGBA, Scene, View
+from pnt_gym.cells.base.view import Scene, View
 from pnt_gym.cells.conveyor.view import object_markers
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.scene import belt_extent, build_scene
 from pnt_gym.engine import mujoco
 from pnt_gym.errors import ConfigError
+from pnt_gym.palette import FLIGHT, SLAT
 
 SLATS: Final = 0.20
 """Distance of the marks that show the belt's motion [m]."""
@@ -25,7 +26,7 @@ CLOSEST: Final = 3.4
 """Distance of the picture's camera from a single robot [m]."""
 TRAIL: Final = 1.0 / 30.0
 """Time between the dots behind flying objects [s]."""
-_SLAT: Final = np.array([0.29, 0.31, 0.34, 1.0])
+_SLAT: Final = np.array(SLAT)
 
 
 def camera(config: LineConfig) -> Any:
@@ -59,11 +60,15 @@ class LineView(View):
         robots = tuple(robot.model_copy(update={"x": robot.x - origin}) for robot in cell.config.robots)
         near = cell.config.model_copy(update={"robots": robots})
         self._scene = build_scene(near)
-        self._canvas = Canvas(camera(near), size)
+        self._canvas = Canvas(camera(near), size, cell.item_names)
 
-    def aim(self, picture: Picture) -> None:
-        """Set the camera and the size of the following pictures."""
-        self._canvas.aim(picture)
+    def aim(self, picture: Picture, samples: int = 1) -> None:
+        """Set size and camera of all pictures from now on, and the number of drawings whose mean a picture is."""
+        self._canvas.aim(picture, samples)
+
+    def draw(self, scene: Scene) -> Frame:
+        """Picture of a scene (height, width, 3)."""
+        return self._canvas.draw(*scene)
 
     def frame(self, row: int = 0) -> Frame:
         """The line at the moment of the coming decision (height, width, 3).
@@ -105,6 +110,7 @@ class LineView(View):
         """Scene at a time between the previous decision and the coming one [s]."""
         acts = self._cell.acts
         self._scene.pose(acts.tips(time))
+        self._scene.data.time = time
         # Markers of objects on the belt.
         cell, (low, high) = self._cell, self._scene.belt
         stream, belt = cell.stream, cell.config.cell.belt
@@ -148,7 +154,7 @@ class LineView(View):
                 continue
             for moment in np.arange(cycle.lift, time, TRAIL):
                 middle = cycle.object_track.at(moment)[:3] + np.array([places[cycle.robot], 0.0, 0.0])
-                dots.append(Marker.dot(middle, FLIGHT_RGBA, 0.011))
+                dots.append(Marker.dot(middle, np.array(FLIGHT), 0.011))
         return dots
 
     def _places(self) -> Floats:

@@ -19,10 +19,11 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.one_joint.parts import AITCH, BAR, BLOCK, TEE, Boxes, Part, Rgba, add_boxes, block, turn_quaternion
+from pnt_gym.cells.one_joint.parts import AITCH, BAR, BLOCK, TEE, Boxes, Part, add_boxes, block, turn_quaternion
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import MjSpec, mujoco
 from pnt_gym.errors import ConfigError
+from pnt_gym.palette import DARK_WOOD, STEEL, WOOD, Colour
 from pnt_gym.planning.one_joint.landing import release_states_batch
 
 PALLET_DEPTH: Final = 0.050
@@ -43,8 +44,6 @@ SWEEP: Final = 0.320
 """Distance from the pivot that the arm and the parts on it never reach: the outer top corner of an H whose edge ends
 with the plate is at 0.313 m, and a part may lie some millimetres too far out [m]."""
 
-_WOOD: Final = (0.62, 0.46, 0.30, 1.0)
-_STEEL: Final = (0.55, 0.57, 0.60, 1.0)
 _BACKBOARD: Final = 0.29
 """Plane that the brackets reach, behind the arm and every flight [m]."""
 
@@ -66,7 +65,7 @@ class Pallet:
     [rad]."""
     depth: float = PALLET_DEPTH
     """Depth across the plane [m]."""
-    rgba: Rgba = _WOOD
+    rgba: Colour = WOOD
 
     def __post_init__(self) -> None:
         boxes = np.array(self.boxes, dtype=np.float64)
@@ -129,9 +128,7 @@ SORTING: Final = (
     Pallet("pallet_3", _goal(-0.40, 0.10, 195.0, -1.70), pocket(BLOCK)),
 )
 """Three pockets for the block. The first goal is the paper's; the others are ours, see the module's text."""
-STAND: Final = Pallet(
-    "stand", _goal(0.42, -0.06, 189.0, -2.20), stand(), depth=AITCH.depth, rgba=(0.45, 0.33, 0.22, 1.0)
-)
+STAND: Final = Pallet("stand", _goal(0.42, -0.06, 189.0, -2.20), stand(), depth=AITCH.depth, rgba=DARK_WOOD)
 """Pallet of the assembly, and the goal of the H.
 
 The part must not turn much while the stem enters the slot, so the goal is low, where the fall is fast: 15 mm take 7 ms
@@ -156,7 +153,7 @@ def add_pallets(spec: MjSpec, pallets: Sequence[Pallet]) -> None:
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=[0.008, (_BACKBOARD - pallet.depth / 2) / 2, half_v * 0.8],
             pos=[u, (_BACKBOARD + pallet.depth / 2) / 2, v],
-            rgba=_STEEL,
+            rgba=STEEL,
             mass=0,
             contype=0,
             conaffinity=0,

@@ -18,6 +18,9 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.engine import MjsBody, mujoco
 from pnt_gym.errors import ConfigError
+from pnt_gym.palette import AITCH as AITCH_COLOUR
+from pnt_gym.palette import BLOCK as BLOCK_COLOUR
+from pnt_gym.palette import CROSS, Colour
 from pnt_gym.planning.one_joint.parameters import Block
 
 PART_BIT: Final = 1
@@ -53,7 +56,6 @@ _LARGEST_OFFSET = 1e-9  # m, what counts as a centre of mass at the origin
 
 Outline = tuple[tuple[float, float], ...]
 Boxes = tuple[tuple[float, float, float, float, float], ...]
-Rgba = tuple[float, float, float, float]
 
 
 @final
@@ -76,7 +78,7 @@ class Part:
     """Depth across the plane [m]."""
     density: float = WOOD_DENSITY
     """Density [kg/m3]."""
-    rgba: Rgba = (0.93, 0.80, 0.36, 1.0)
+    rgba: Colour = BLOCK_COLOUR
 
     def __post_init__(self) -> None:
         for name in ("depth", "density"):
@@ -157,7 +159,7 @@ def add_part(body: MjsBody, part: Part, affinity: int = PART_BIT) -> None:
     add_boxes(body, part.boxes, part.depth, part.rgba, affinity=affinity)
 
 
-def add_boxes(body: MjsBody, boxes: Boxes, depth: float, rgba: Rgba, affinity: int = PART_BIT) -> None:
+def add_boxes(body: MjsBody, boxes: Boxes, depth: float, rgba: Colour, affinity: int = PART_BIT) -> None:
     """Add wooden boxes (centre u, v, half sizes, angle) to a body whose x axis is u and whose z axis is v."""
     for k, (u, v, half_u, half_v, angle) in enumerate(boxes):
         body.add_geom(
@@ -223,7 +225,7 @@ def _tee() -> Part:
         name="tee",
         outline=tuple((a - u, b - v) for a, b in corners),
         boxes=tuple((a - u, b - v, half_u, half_v, angle) for a, b, half_u, half_v, angle in boxes),
-        rgba=(0.90, 0.55, 0.25, 1.0),
+        rgba=CROSS,
     )
 
 
@@ -233,7 +235,7 @@ def _aitch() -> Part:
     right: Sequence[tuple[float, float]] = ((s, -bridge), (s, -top), (h, -top), (h, top), (s, top), (s, bridge))
     left = tuple((-u, -v) for u, v in right)
     boxes = (_box((-h, -s), (-top, top)), _box((s, h), (-top, top)), _box((-s, s), (-bridge, bridge)))
-    return Part(name="aitch", outline=(*right, *left), boxes=boxes, rgba=(0.55, 0.72, 0.45, 1.0))
+    return Part(name="aitch", outline=(*right, *left), boxes=boxes, rgba=AITCH_COLOUR)
 
 
 BLOCK: Final = _block()

@@ -19,6 +19,7 @@ from pnt_gym.cells.one_joint.pallets import Pallet, add_pallets
 from pnt_gym.cells.one_joint.parts import PART_BIT, Part, add_part
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY
 from pnt_gym.engine import MjModel, MjsBody, MjSpec, mujoco
+from pnt_gym.palette import BOARD
 from pnt_gym.robots.one_joint.model import ARM_BIT, Drive, add_grip, add_one_joint, add_plane_joints
 from pnt_gym.robots.one_joint.visuals import FLOOR
 from pnt_gym.robots.specification import set_options
@@ -147,26 +148,13 @@ def _add_stage(spec: MjSpec) -> None:
         pos=[0.9, -1.8, 1.5], dir=[-0.45, 0.85, -0.7], diffuse=np.full(3, 0.40), specular=np.zeros(3)
     )
     add_floor(spec, FLOOR, 2.0, contype=0, conaffinity=PART_BIT, group=1)
-    # Squares of 0.1 m show the scale of a flight.
-    spec.add_texture(
-        name="board",
-        type=mujoco.mjtTexture.mjTEXTURE_2D,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
-        mark=mujoco.mjtMark.mjMARK_EDGE,
-        rgb1=[0.24, 0.31, 0.38],
-        markrgb=[0.33, 0.41, 0.49],
-        width=128,
-        height=128,
-    )
-    board = spec.add_material(name="board", texrepeat=[BOARD_WIDTH / 0.1, BOARD_HEIGHT / 0.1], texuniform=False)
-    board.textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB.value)] = "board"
-    board.specular, board.shininess, board.reflectance = 0.0, 0.0, 0.0
     spec.worldbody.add_geom(
         name="backboard",
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[BOARD_WIDTH / 2, 0.01, BOARD_HEIGHT / 2],
+        size=[BOARD_WIDTH / 2, BOARD_HEIGHT / 2, 0.01],
         pos=[-0.05, BACKBOARD, FLOOR + BOARD_HEIGHT / 2],
-        material="board",
+        quat=[np.sqrt(0.5), np.sqrt(0.5), 0, 0],  # its face with squares of 0.1 m looks along -y
+        rgba=BOARD,
         contype=0,
         conaffinity=0,
         group=1,

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
 from pnt_gym.engine import MjData, MjModel, MjsBody, MjSpec, mujoco
+from pnt_gym.palette import STEEL
 from pnt_gym.robots.arm.chain import Chain, add_mass
 from pnt_gym.robots.arm.poses import Poses
 from pnt_gym.robots.arm.shapes import draw
-from pnt_gym.robots.brush import STEEL, Brush
+from pnt_gym.robots.brush import Brush
 from pnt_gym.robots.joints import JointMotion, MotorLimits, Place
 from pnt_gym.robots.specification import add_motor, add_site
 

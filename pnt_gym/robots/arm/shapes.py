@@ -10,8 +10,9 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.engine import MjData, MjModel, MjsBody, MjSpec, mujoco
+from pnt_gym.palette import PAINT, STEEL
 from pnt_gym.robots.arm.rows import Link
-from pnt_gym.robots.brush import MOVING_GROUP, PAINT, STEEL
+from pnt_gym.robots.brush import MOVING_GROUP
 from pnt_gym.rows import Rows
 
 MODEL_GREY: Final = (0.5, 0.5, 0.5, 1.0)

@@ -15,7 +15,8 @@ import numpy as np
 
 from pnt_gym.arrays import Point
 from pnt_gym.engine import MjSpec, mujoco
-from pnt_gym.robots.brush import ACCENT, MOTOR, PAINT, STEEL, Brush
+from pnt_gym.palette import ACCENT, MOTOR, PAINT, STEEL
+from pnt_gym.robots.brush import Brush
 from pnt_gym.robots.specification import add_motor, add_site
 
 HOME: Final = (-1.5708, -1.2, 1.8, -2.1708, -1.5708, 0.0)

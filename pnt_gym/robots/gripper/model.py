@@ -17,6 +17,7 @@ import numpy as np
 
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
+from pnt_gym.palette import RUBBER
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build
 from pnt_gym.robots.gripper.geometry import N_ARMS, PROTOTYPE, Dimensions
 from pnt_gym.robots.gripper.visuals import dress_arm, dress_base, dress_finger, dress_half, dress_middle, dress_rod
@@ -156,7 +157,7 @@ def _add_pad(finger: MjsBody, dims: Dimensions, build: Build, side: str, sign: f
         friction=[claws.friction, 0.005, 0.0001],
         solref=PAD_SOLREF,
         solimp=PAD_SOLIMP,
-        rgba=(0.13, 0.14, 0.16, 1.0),
+        rgba=RUBBER,
         group=2,
     )
     dress_finger(finger, claws, centre, sign)

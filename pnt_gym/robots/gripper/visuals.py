@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from pnt_gym.engine import MjsBody, MjSpec
-from pnt_gym.robots.brush import ACCENT, CARBON, FIXED_GROUP, MOTOR, PAINT, STEEL, Brush, Colour
+from pnt_gym.palette import ACCENT, CARBON, MOTOR, PAINT, PRINT, STEEL
+from pnt_gym.robots.brush import FIXED_GROUP, Brush
 from pnt_gym.robots.gripper.build import Claws
 from pnt_gym.robots.gripper.geometry import N_ARMS, PROTOTYPE, Dimensions
-
-_PRINT: Colour = (0.20, 0.48, 0.74, 1.0)
 
 
 def dress_base(spec: MjSpec, dims: Dimensions) -> None:
@@ -32,7 +31,7 @@ def dress_arm(body: MjsBody, dims: Dimensions) -> None:
     brush, s = Brush(body), _scale(dims)
     spread = 0.020 * s
     for side in (-spread, spread):
-        brush.capsule((0, side, 0), (dims.r, side, 0), 0.004 * s, _PRINT)
+        brush.capsule((0, side, 0), (dims.r, side, 0), 0.004 * s, PRINT)
     brush.capsule((dims.r, -spread, 0), (dims.r, spread, 0), 0.003 * s, STEEL)
 
 
@@ -59,7 +58,7 @@ def dress_half(body: MjsBody, dims: Dimensions, sign: float) -> None:
     """Draw a gear wheel of the radius v and the lever to the forearm."""
     brush, s = Brush(body), _scale(dims)
     brush.cylinder((-0.005 * s, 0, 0), (0.005 * s, 0, 0), 0.98 * dims.v, ACCENT)
-    brush.capsule((0, 0, 0), (0, sign * dims.w, 0), 0.004 * s, _PRINT)
+    brush.capsule((0, 0, 0), (0, sign * dims.w, 0), 0.004 * s, PRINT)
 
 
 def dress_finger(body: MjsBody, claws: Claws, pad: tuple[float, float, float], sign: float) -> None:
@@ -70,9 +69,9 @@ def dress_finger(body: MjsBody, claws: Claws, pad: tuple[float, float, float], s
     # The knee lies outwards, on the side of the pad's back, and leaves the space between the pads free.
     knee = (sign * 0.16 * length, -0.45 * length)
     for x in (-spread, spread):
-        brush.capsule((x, 0, 0), (x, *knee), thick, _PRINT)
-        brush.capsule((x, *knee), (x, back, -length), thick, _PRINT)
-    brush.box((0, back, -length), (claws.pad[0] / 2.0, plate, claws.pad[2] / 2.0), _PRINT)
+        brush.capsule((x, 0, 0), (x, *knee), thick, PRINT)
+        brush.capsule((x, *knee), (x, back, -length), thick, PRINT)
+    brush.box((0, back, -length), (claws.pad[0] / 2.0, plate, claws.pad[2] / 2.0), PRINT)
 
 
 def _scale(dims: Dimensions) -> float:

@@ -17,6 +17,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
+from pnt_gym.palette import ACCENT
 from pnt_gym.planning.one_joint.parameters import Arm
 from pnt_gym.robots.one_joint.visuals import dress_arm, dress_stand
 from pnt_gym.robots.specification import add_motor, add_site, join_angles, join_sites, set_inertia
@@ -158,7 +159,7 @@ def _add_surface(body: MjsBody, arm: Arm) -> None:
             size=[STOPPER_WIDTH / 2, arm.width / 2, STOPPER_HEIGHT / 2],
             pos=[0, 0, STOPPER_HEIGHT / 2],
             condim=1,  # no friction on the stoppers (section 2)
-            rgba=(0.95, 0.47, 0.09, 1.0),
+            rgba=ACCENT,
             group=2,
             **shared,
         )

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Floats
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import MjSpec
-from pnt_gym.robots.brush import MOTOR, PAINT, STEEL, Brush
+from pnt_gym.palette import MOTOR, PAINT, STEEL
+from pnt_gym.robots.brush import Brush
 from pnt_gym.robots.joints import JointMotion, MotorLimits, Place
 from pnt_gym.robots.specification import add_level_platform, add_motor, add_site, set_inertia
 

@@ -3,7 +3,8 @@
 import numpy as np
 
 from pnt_gym.engine import MjsBody, MjSpec
-from pnt_gym.robots.brush import ACCENT, CARBON, FIXED_GROUP, MOTOR, PAINT, STEEL, Brush
+from pnt_gym.palette import ACCENT, CARBON, MOTOR, PAINT, STEEL
+from pnt_gym.robots.brush import FIXED_GROUP, Brush
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3krGeometry
 
 _JOINT_RADIUS = 0.014
@@ -14,8 +15,8 @@ def dress_base(spec: MjSpec, geometry: T3krGeometry) -> None:
     """Draw the mounting plate with a motor on each axis."""
     brush = Brush(spec.worldbody.add_body(name="base", pos=[0, 0, geometry.pivot_z]), FIXED_GROUP)
     half_x, half_y = geometry.pivot_x + 0.10, geometry.pivot_y + 0.08
-    brush.box((0, 0, 0.095), (half_x, half_y, 0.020), PAINT)
-    brush.box((0, 0, 0.127), (half_x - 0.06, half_y - 0.06, 0.012), STEEL)
+    brush.box((0, 0, 0.100), (half_x, half_y, 0.036), PAINT)
+    brush.box((0, 0, 0.138), (half_x - 0.06, half_y - 0.06, 0.012), STEEL)
     brush.box((0, 0, 0.073), (half_x - 0.10, 0.015, 0.003), ACCENT)
     for arm in range(N_ARMS):
         axis, centre = geometry.arms.motor_axis[arm], geometry.arms.pivot[arm] * np.array([1.0, 1.0, 0.0])
@@ -27,9 +28,9 @@ def dress_base(spec: MjSpec, geometry: T3krGeometry) -> None:
 def dress_arm(body: MjsBody, geometry: T3krGeometry, axle: bool) -> None:
     """Draw a tapered arm; the elbow carries an axle for two rods, or a single joint."""
     length, brush = geometry.arm_length, Brush(body)
-    brush.capsule((0, 0, 0), (0.45 * length, 0, 0), 0.034, PAINT)
-    brush.capsule((0.45 * length, 0, 0), (length, 0, 0), 0.022, PAINT)
-    brush.cylinder((0.45 * length, 0, 0), (0.45 * length + 0.03, 0, 0), 0.035, ACCENT)
+    brush.capsule((0, 0, 0), (0.45 * length, 0, 0), 0.036, ACCENT)
+    brush.capsule((0.45 * length, 0, 0), (length, 0, 0), 0.024, ACCENT)
+    brush.cylinder((0.45 * length, 0, 0), (0.45 * length + 0.03, 0, 0), 0.037, PAINT)
     if axle:
         half = geometry.rod_spacing / 2
         brush.capsule((length, -half, 0), (length, half, 0), 0.010, STEEL)

@@ -152,7 +152,7 @@ def test_the_environment_renders_at_full_size():
 
 
 def test_a_picture_has_the_size_and_the_camera_asked_for():
-    standard = {"azimuth": 146.0, "elevation": -19.0, "distance": 3.3, "lookat": (-0.02, 0.10, -0.38)}
+    standard = {"azimuth": 232.0, "elevation": -24.0, "distance": 2.7, "lookat": (-0.04, 0.10, -0.56)}
     frames = []
     for changed in (None, standard, {"azimuth": 60.0}):
         env = gym.make("PnTRelease-v0", render_mode="rgb_array", width=96, height=64, camera=changed)

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base.canvas import Picture
-from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.line.acts import SAMPLE_TIME, RobotCycle
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.scene import belt_extent, bin_colours
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ConfigError, OrderError
+from pnt_gym.palette import ITEMS
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import same_bits
 
@@ -167,7 +167,7 @@ def test_every_object_is_shown_once_where_it_is(late):
         rides = [k for k in range(len(x)) if k not in taken and low <= x[k] <= high and lifted.get(k, np.inf) > now]
         flown = [k for k, lift in lifted.items() if lift <= now]
         _, _, markers = view.scene(now)
-        things = [m for m in markers if (m.rgba == ITEM_RGBA).all(axis=1).any()]
+        things = [m for m in markers if (m.rgba == ITEMS).all(axis=1).any()]
         assert len(things) == len(rides) + len(flown)
         np.testing.assert_allclose(sorted(m.position[0] for m in things[: len(rides)]), sorted(x[rides]), atol=1e-9)
     assert flown
@@ -191,7 +191,7 @@ def test_bins_have_the_colours_of_what_comes_into_them():
     first, third = bin_colours(config, 0), bin_colours(config, 2)
     kinds = [config.cell.items.index(bin_.accepts[0]) for bin_ in config.cell.bins.fixed]
     for colour, kind in zip(first, kinds, strict=True):
-        np.testing.assert_allclose(colour[:3] / colour[:3].max(), ITEM_RGBA[kind, :3] / ITEM_RGBA[kind, :3].max())
+        np.testing.assert_allclose(colour[:3] / colour[:3].max(), ITEMS[kind, :3] / ITEMS[kind, :3].max())
     assert same_bits(third[1], first[1])
     assert np.ptp(third[[0, 2, 3]], axis=0).max() == 0.0
 
