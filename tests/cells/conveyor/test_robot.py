@@ -173,3 +173,9 @@ def test_a_line_of_other_robots_needs_a_table_of_its_own() -> None:
     assert plain.digest() == named.digest() != other.digest()
     assert (plain.finest, other.finest) == ("full", "flight")
     assert other.simulated().throws == "flight"
+
+
+def test_most_sheets_state_a_standard_cycle_which_their_limits_keep() -> None:
+    sheets = [RobotSheet.model_validate(name) for name in sheet_names()]
+    stated = [sheet for sheet in sheets if sheet.standard_cycle is not None]
+    assert len(stated) >= 0.8 * sum(sheet.model is None and sheet != T3KR for sheet in sheets) >= 4
