@@ -18,7 +18,7 @@ from ..ground.tables import console
 from ..ground.versions import world_of
 from ..reproduce import record
 from ..results import content, study
-from . import contents, page, pictures, submissions, templates
+from . import contents, page, pictures, room, submissions, templates
 from .blocks import makers_from, rewrite
 from .figures import KINDS, USUAL
 from .page import Chapter, sections
@@ -72,7 +72,7 @@ def main(arguments: Arguments) -> None:
         for section in parts:
             for chapter in section.chapters:
                 deliver_text(results / "tables" / f"{chapter.name}.md", page.tables(chapter, section))
-        deliver_text(results / INDEX, page.index(parts))
+        deliver_text(results / INDEX, page.index(parts, room.grid(results)))
         deliver_text(results / "report.html", page.html(parts))
         # The README, and the pages of results beside the index, whose blocks are written anew.
         pages = (arguments.results / f"{question.name}.md" for question in QUESTIONS)

@@ -114,8 +114,13 @@ def html(parts: Sequence[Section]) -> str:
     return template.render(sections=parts, opening=OPENING) + "\n"
 
 
-def index(parts: Sequence[Section]) -> str:
-    """The index as Markdown: each question with its answer, and links to tables where the question has no page."""
+def index(parts: Sequence[Section], further: Grid | None = None) -> str:
+    """The index as Markdown: each question with its answer, and links to tables where the question has no page.
+
+    Args:
+        parts: the sections.
+        further: a table over several of them, which stands at the end; none without rows.
+    """
     lines = ["# Results", "", OPENING, ""]
     older = contents.older(min((chapter.world for section in parts for chapter in section.chapters), default=WORLD))
     lines += [older, ""] if older else []
@@ -125,6 +130,8 @@ def index(parts: Sequence[Section]) -> str:
         lines += [section.answer, ""] if section.answer else []
         links = tables_line({chapter.name: chapter.title for chapter in section.chapters})
         lines += [links, ""] if links and not section.page else []
+    if further is not None and further.rows:
+        lines += [f"## {markdown_text(further.headline)}", "", further.markdown(), "", markdown_text(further.note), ""]
     return "\n".join([*lines, "`python -m agents.report` writes these pages from the JSON files beside them.", ""])
 
 

@@ -69,3 +69,16 @@ def test_the_oracle_of_grasps_is_above_all_others_and_leaves_them_room() -> None
     assert {row["level"] for row in others} == {"seen", "unseen"}
     assert all(row["gain"]["high"] < 0.0 for row in others)
     assert all(row["gain"]["high"] < -3.0 for row in others if row["who"] not in CHEATS)
+
+
+def test_no_order_of_a_line_is_above_its_bound_and_foresight_is_near_it() -> None:
+    rows = contents.read(RESULTS / "ceilings.json")["rows"]
+    levels = {row["level"] for row in rows}
+    assert len(levels) == 6
+    for row in rows:
+        own, drawn = np.array(row["shifts"])[:, 0], np.array(row["drawn"])[:, 0]
+        assert (own <= drawn).all()
+        if row["controller"] == "clairvoyant":
+            assert own.sum() > 0.92 * drawn.sum()
+        else:
+            assert own.sum() < np.array(row["expected"])[:, 0].sum()

@@ -4,7 +4,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from agents.ground.places import SHIPPED as ROOT
-from agents.report import __main__, page
+from agents.report import __main__, page, room
 from agents.report.blocks import fill, makers_from
 from agents.report.page import UNASKED, sections
 from agents.report.questions import QUESTIONS
@@ -35,7 +35,7 @@ def test_every_result_belongs_to_a_question_and_has_tables_with_their_conditions
 
 def test_the_index_is_what_the_results_give(chapters):
     text = (RESULTS / "README.md").read_text(encoding="utf-8")
-    assert page.index(sections(chapters, RESULTS)) == text, "run python -m agents.report"
+    assert page.index(sections(chapters, RESULTS), room.grid(RESULTS)) == text, "run python -m agents.report"
 
 
 @pytest.mark.parametrize("name", ["README.md", *(f"results/{question.name}.md" for question in QUESTIONS)])

@@ -12,13 +12,13 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.line.moments import Moment, Passage
+from pnt_gym.cells.line.plan import write_hunt
 from pnt_gym.cells.line.rows import Rider, Tables
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.planning.motion.hunt import meet
 from pnt_gym.planning.motion.rows import Hunt
-from pnt_gym.rows import Floats1, Ints1, Rows1
+from pnt_gym.rows import Ints1, Rows1
 
 AHEAD: Final = 2.0
 """From this time after a hand is free on, its place does not count for the objects that come into the window [s]."""
@@ -77,19 +77,6 @@ def _range_near(
 
 
 @kernel_part
-def _write_hunt(tables: Tables, rider: Rider, passage: Passage, time: float, hand: Floats1, hunt: Hunt) -> None:
-    """Write the hunt of a hand, free at a time [s], for the object of a passage."""
-    line, setting = tables.line[0], tables.settings[passage.setting]
-    hunt.place[0] = rider.x + line.speed * time - tables.stations[passage.robot].base - setting.early
-    hunt.place[1], hunt.place[2] = rider.lane_y, line.height + rider.height + LIP_GAP - rider.known_depth
-    hunt.belt[0], hunt.belt[1], hunt.belt[2], hunt.clearance = line.speed, 0.0, 0.0, line.clearance
-    hunt.velocity, hunt.acceleration, hunt.jerk = setting.velocity, setting.way_acceleration, setting.way_jerk
-    hunt.low, hunt.high, hunt.earliest = setting.low, setting.high, max(setting.least_time, 0.0)
-    for axis in range(3):
-        hunt.hand[axis] = hand[axis]
-
-
-@kernel_part
 def _least_time(hunt: Hunt, time: float, spread: float) -> float:
     """Time of a meeting [s], less what a hand gains that is nearer by a distance [m].
 
@@ -123,9 +110,10 @@ def _link(
         other = passages[q]
         is_gone = other.index == passage.index and not is_empty
         if not is_gone and time <= other.end and other.begin <= time + AHEAD + step:
-            hand = moment.empty_stop if is_empty else moment.stop
-            _write_hunt(tables, riders[other.index], other, time, hand, hunts[count])
-            others[count] = q
+            hand, setting = moment.empty_stop if is_empty else moment.stop, tables.settings[other.setting]
+            x = riders[other.index].x + line.speed * time - tables.stations[passage.robot].base
+            write_hunt(line, setting, riders[other.index], x, hand, hunts[count])
+            hunts[count].earliest, others[count] = max(setting.least_time, 0.0), q
             count += 1
     meetings, links = meet(hunts[:count], 0, LONGEST), 0
     for h in range(count):

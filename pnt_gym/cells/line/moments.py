@@ -12,9 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.line.choose import landing_chance
-from pnt_gym.cells.line.plan import lay_out, space_of, stop_rules, write_throw
+from pnt_gym.cells.line.plan import lay_out, pick_height, space_of, stop_rules, write_throw
 from pnt_gym.cells.line.rows import Choice, Rider, Tables
 from pnt_gym.cells.line.simulate import redraw_once
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
@@ -136,7 +135,7 @@ def _write_lifts(tables: Tables, rider: Rider, passage: Passage, step: float, li
         lift = lifts[k]
         lift.lift = min(max((passage.first_step + k) * step, passage.begin), passage.end)
         lift.pick[0], lift.pick[1] = begin + line.speed * (lift.lift - line.dwell), rider.lane_y
-        lift.pick[2] = line.height + rider.height + LIP_GAP - rider.known_depth
+        lift.pick[2] = pick_height(line, rider)
         lift.away[0], lift.away[1] = site.centre[0] - lift.pick[0], site.centre[1] - lift.pick[1]
         lift.percent = setting.percent
         lift.fading, lift.real = lay_out(line, setting, site, lift.pick, throws[k])

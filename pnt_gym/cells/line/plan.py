@@ -36,6 +36,23 @@ HUNT, MEETING, CHOICE, THROW = Hunt.dtype, Meeting.dtype, Choice.dtype, Throw.dt
 
 
 @kernel_part
+def pick_height(line: LineNumbers, rider: Rider) -> float:
+    """Height of a hand that lifts an object [m]."""
+    return line.height + rider.height + LIP_GAP - rider.known_depth
+
+
+@kernel_part
+def write_hunt(line: LineNumbers, setting: Setting, rider: Rider, x: float, hand: Floats1, hunt: Hunt) -> None:
+    """Write the hunt of a hand for an object at a position along the belt, both from the robot's base."""
+    hunt.place[0], hunt.place[1], hunt.place[2] = x - setting.early, rider.lane_y, pick_height(line, rider)
+    hunt.belt[0], hunt.belt[1], hunt.belt[2], hunt.clearance = line.speed, 0.0, 0.0, line.clearance
+    hunt.velocity, hunt.acceleration, hunt.jerk = setting.velocity, setting.way_acceleration, setting.way_jerk
+    hunt.low, hunt.high, hunt.earliest = setting.low, setting.high, 0.0
+    for axis in range(3):
+        hunt.hand[axis] = hand[axis]
+
+
+@kernel_part
 def _meet_candidates(
     tables: Tables, candidates: Rows1[Candidate], lines: Ints1, seen: Rows2[Seen], hands: Floats2, riders: Rows2[Rider]
 ) -> Rows1[Meeting]:
@@ -43,16 +60,10 @@ def _meet_candidates(
     most, line = len(candidates), tables.line[0]
     hunts, meetings, count = empty_rows(most, HUNT), empty_rows(most, MEETING), 0
     for c in range(most):
-        candidate, hunt = candidates[c], hunts[c]
-        setting = tables.settings[candidate.setting]
+        candidate = candidates[c]
         rider = riders[lines[candidate.line], seen[candidate.line, candidate.place].index]
-        hunt.place[0], hunt.place[1] = candidate.x - setting.early, rider.lane_y
-        hunt.place[2] = line.height + rider.height + LIP_GAP - rider.known_depth
-        hunt.belt[0], hunt.belt[1], hunt.belt[2], hunt.clearance = line.speed, 0.0, 0.0, line.clearance
-        hunt.velocity, hunt.acceleration, hunt.jerk = setting.velocity, setting.way_acceleration, setting.way_jerk
-        hunt.low, hunt.high, hunt.earliest = setting.low, setting.high, 0.0
-        for axis in range(3):
-            hunt.hand[axis] = hands[candidate.line, axis]
+        setting = tables.settings[candidate.setting]
+        write_hunt(line, setting, rider, candidate.x, hands[candidate.line], hunts[c])
     intercepts = meet(hunts, 0, HORIZON)
     for c in range(most):
         setting, intercept = tables.settings[candidates[c].setting], intercepts[c]

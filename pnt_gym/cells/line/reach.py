@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from pnt_gym.cells.conveyor.config import LIP_GAP
-from pnt_gym.cells.line.plan import lay_out, space_of, stop_rules
+from pnt_gym.cells.line.plan import lay_out, pick_height, space_of, stop_rules
 from pnt_gym.cells.line.rows import Rider, Setting, Site, Tables
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.planning.motion.kernel import space_margin
@@ -40,7 +39,7 @@ def reaches(tables: Tables, robot: int, rider: Rider) -> bool:
     """
     line, station, kind = tables.line[0], tables.stations[robot], rider.seen
     throws, pick = empty_rows(1, _THROW), np.empty(3)
-    pick[1], pick[2] = rider.lane_y, line.height + rider.height + LIP_GAP - rider.known_depth
+    pick[1], pick[2] = rider.lane_y, pick_height(line, rider)
     if not tables.can_take[robot, kind]:
         return False
     for place in range(PLACES):
