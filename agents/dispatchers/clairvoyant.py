@@ -22,8 +22,8 @@ from ..controllers.protocol import Controller, Observation
 from ..ground.cli import UsageError
 from .prices import Bound, Prices, best_ways, find_bound
 
-SHARES: Final = (0.8, 0.85, 0.9, 0.95)
-"""Shares of the bound's prices at which shifts are searched; at the full prices doing nothing often seems as good."""
+SHARES: Final = (0.85, 0.9, 0.95, 1.0)
+"""Shares of the bound's prices at which shifts are searched; at the full prices much seems equally good."""
 WIDTH: Final = 128
 """Beginnings of a shift that the search keeps."""
 FEW: Final = 8
@@ -44,6 +44,8 @@ class Beginnings:
     """The same with the prices of the objects that are left, and with what each robot's best way still brings (B,)."""
     ahead: Floats
     """What each robot's best way still brings (B, R)."""
+    mark: Ints
+    """Sum of the marks of all attempts, which tells apart beginnings that tried or took different objects (B,)."""
 
 
 @final
@@ -88,6 +90,8 @@ class Foresight:
         self._passage[robot, passages["index"], site, setting, (passages["seal"] > 0.0).astype(np.int64)] = np.arange(
             len(passages)
         )
+        self._marks = np.random.default_rng(0).integers(2**62, size=(2, len(riders)), dtype=np.int64)
+        """Random marks of attempts that fail and of attempts that take an object, by object (2, M)."""
         self._copies: Rows2[Rider] = take(riders[None], np.zeros(WIDTH, dtype=np.int64))
 
     def search(self, state: LineState) -> tuple[float, list[int]]:
@@ -99,7 +103,8 @@ class Foresight:
         robots = len(self._tables.stations)
         first = self._ways.later[:, 0]
         hope = np.array([first.sum() + self._prices.taken.sum()])
-        begun = Beginnings(state, np.zeros(1), hope, np.broadcast_to(first, (1, robots)).copy())
+        ahead, mark = np.broadcast_to(first, (1, robots)).copy(), np.zeros(1, dtype=np.int64)
+        begun = Beginnings(state, np.zeros(1), hope, ahead, mark)
         steps: list[tuple[Ints, Ints]] = []
         while not self._is_over(begun.state).all():
             begun, parent, choice = self._go_on(begun)
@@ -119,21 +124,20 @@ class Foresight:
         decided, over = self._decide(begun), self._is_over(begun.state)
         hope = np.where(over[:, None], -np.inf, decided.hope)
         hope[over, 0] = begun.hope[over]
-        rank = np.argsort(np.argsort(-hope, axis=1, kind="stable"), axis=1)
-        hope = np.where(rank < FEW, hope, -np.inf).ravel()
-        order = np.argsort(-hope, kind="stable")[:WIDTH]
-        parent, choice = np.divmod(order[hope[order] > -np.inf], CHOICES)
-        robot, each = begun.state.robot[parent], np.arange(len(parent))
-        goes_on = ~over[parent]
-        ahead = begun.ahead[parent].copy()
+        choices, picked = begun.state.choices, decided.results["picked"].astype(np.int64)
+        tried = np.where(choices["real"] & ~over[:, None], self._marks[picked, choices["index"]], 0)
+        mark = begun.mark[:, None] + tried
+        kept = _most_hopeful(hope, mark)
+        parent, choice = np.divmod(kept, CHOICES)
+        robot, goes_on = begun.state.robot[parent], ~over[parent]
+        ahead, each = begun.ahead[parent].copy(), np.arange(len(parent))
         ahead[each, robot] = np.where(goes_on, decided.ahead[parent, choice], ahead[each, robot])
         value = begun.value[parent] + np.where(goes_on, decided.value[parent, choice], 0.0)
-        state = begun.state.take(parent)
-        rows = np.flatnonzero(goes_on)
-        chosen = take(begun.state.choices, (parent[rows], choice[rows]))
+        state, rows = begun.state.take(parent), np.flatnonzero(goes_on)
+        chosen = take(choices, (parent[rows], choice[rows]))
         moved = self._move(state.take(rows), chosen, take(decided.results, (parent[rows], choice[rows])))
         state.put(rows, moved)
-        return Beginnings(state, value, hope[parent * CHOICES + choice], ahead), parent, choice
+        return Beginnings(state, value, hope.ravel()[kept], ahead, mark.ravel()[kept]), parent, choice
 
     def _move(self, state: LineState, chosen: Rows1[Choice], results: Rows1[Result]) -> LineState:
         """States (K,) after their decisions, at the next ones."""
@@ -176,6 +180,20 @@ class Foresight:
         at = np.clip(at, 0, passages["count"][passage] - 1)
         is_known = choices["real"] & (passage >= 0)
         return np.where(is_known, passages["first_row"][passage] + at, 0), is_known
+
+
+def _most_hopeful(hope: Floats, mark: Ints) -> Ints:
+    """Places of the most hopeful of some decisions (B, CHOICES), counted row by row.
+
+    Of each beginning a few count, and of those with the same marks the best one: others differ in the order of attempts
+    alone.
+    """
+    rank = np.argsort(np.argsort(-hope, axis=1, kind="stable"), axis=1)
+    some = np.where(rank < FEW, hope, -np.inf).ravel()
+    order = np.argsort(-some, kind="stable")
+    order = order[some[order] > -np.inf]
+    first = np.unique(mark.ravel()[order], return_index=True)[1]
+    return np.asarray(order[np.sort(first)][:WIDTH])
 
 
 @final
