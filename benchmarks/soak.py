@@ -125,7 +125,7 @@ def check_decisions(env: Any, random: np.random.Generator) -> Iterator[str]:
     """What is wrong with some decisions at lines."""
     config, stream = env.core.config, env.core.cell.stream
     books = [Books(config, x) for x in stream.x]
-    cores: list[Any] = getattr(env.core.cell.throws, "cores", [])
+    cores: list[Any] = list(getattr(env.core.cell.throws, "cores", {}).values())
     with contextlib.ExitStack() as ends:
         flights = [ends.enter_context(watch_plant(core.cell.plant)) for core in cores]
         for _ in range(len(ACTIONS) if cores else DECISIONS):

@@ -70,7 +70,7 @@ def grid(results: Path) -> Grid:
         "and its share of the way from floor to ceiling. *World*: in which the throws were simulated; it is "
         f"{WORLD} now."
     )
-    return Grid("What is the best possible, and what is left of it", HEADER, rows, note)
+    return Grid("Floors, ceilings, and what is left between them", HEADER, rows, note)
 
 
 def _line(room: Room, found: Mapping[str, float]) -> list[str]:

@@ -134,10 +134,11 @@ class SimulatedThrows(ThrowExecutor):
 
     def __init__(self, configs: list[ConveyorConfig], can_throw: Bools, count: int, threads: int) -> None:
         distinct, self._core_index = distinct_cells(configs)
-        self._cores = {
+        self.cores = {
             int(kind): Core(ConveyorCell(distinct[kind], count, "independent", threads))
             for kind in np.flatnonzero(can_throw)
         }
+        """Cells in which each kind of robot throws, by the kind; robots that reach no bin have none."""
 
     def execute(self, state: LineState, attempt: Attempt) -> Rows1[Result]:
         """Results by the conveyor's physics, with the hand returning to the place of its pick."""
@@ -149,7 +150,7 @@ class SimulatedThrows(ThrowExecutor):
         throws = take(attempt.context, rows)
         objects = throws.objects.replace(pick_draw=simulate.redraw(throws.objects.pick_draw, attempts))
         throws, cores = throws.replace(objects=objects), self._core_index[state.robot[rows]]
-        for index, core in self._cores.items():
+        for index, core in self.cores.items():
             own = np.flatnonzero(cores == index)
             if own.size > 0:
                 results[rows[own]] = self._simulate(core, rows[own], take(throws, own))
