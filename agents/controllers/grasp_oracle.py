@@ -8,7 +8,7 @@ reached and no proof: another search, or better releases, could sort a little mo
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from pnt_gym.cells.grasp.images import pixel_places
 
 from ..grasping.scenes import Scenes
 from ..ground.cli import UsageError
-from .grasps import GIVE_UP, RESIDUAL, observe, phases, shipped_release
+from .grasps import GIVE_UP, RESIDUAL, observe, pace_action, phases, shipped_release
 from .protocol import Actions, Controller, Observation
 from .regression import OnPolicyRegression
 
@@ -110,7 +110,7 @@ class GraspOracle(Controller):
         """Write the actions of cups under which objects hang."""
         hanging = _Grasp(take(self._core.context, rows), np.full(len(rows), True), observation.features[rows])
         best = self._fastest(observation, rows, [hanging])
-        action[rows, 3] = self._pace_action(best.pace)
+        action[rows, 3] = pace_action(best.pace, self._core.config)
         action[rows, RESIDUAL] = best.residual
         action[rows[~best.found], 2] = GIVE_UP
 
@@ -132,14 +132,9 @@ class GraspOracle(Controller):
     def _release(self, grasp: _Grasp, kind: Ints, pace: float) -> Floats:
         """Corrections of releases (K, 2), as actions."""
         action = np.zeros((len(kind), 6), dtype=np.float32)
-        action[:, 3] = self._pace_action(pace)
+        action[:, 3] = pace_action(pace, self._core.config)
         seen = observe(Observation(grasp.vector, kind), action, self._core.config)
         return self._residual.act(seen).astype(np.float64)
-
-    def _pace_action(self, pace: Any) -> Any:
-        """Paces as numbers of an action."""
-        slow, fast = self._core.config.grasp.pace
-        return 2.0 * (pace - slow) / (fast - slow) - 1.0
 
     def _candidates(self, rows: Ints) -> list[Floats]:
         """Places to simulate (K, 2) [m]: the strongest hold, and one that is strong enough near the centre of mass."""

@@ -243,6 +243,12 @@ def _pace_of(core: GraspCore, pace: float | str | Pace, safety: float) -> Pace:
     return pace
 
 
+def pace_action(pace: Any, config: GraspConfig) -> Any:
+    """Paces, as shares of the robot's acceleration, as numbers of an action."""
+    slow, fast = config.grasp.pace
+    return 2.0 * (pace - slow) / (fast - slow) - 1.0
+
+
 class Choice(NamedTuple):
     """What parts choose for N objects."""
 
@@ -256,11 +262,10 @@ class Choice(NamedTuple):
     def action(self, observation: Observation, config: GraspConfig, release: OnPolicyRegression) -> Actions:
         """Actions (N, A) with the corrections of the releases."""
         rules = config.grasp
-        slow, fast = rules.pace
         action = np.zeros((len(self.pace), 6), dtype=np.float32)
         action[:, :2] = np.clip(self.place, -rules.reach, rules.reach) / rules.reach
         action[self.rides, 2] = GIVE_UP
-        action[:, 3] = 2.0 * (self.pace - slow) / (fast - slow) - 1.0
+        action[:, 3] = pace_action(self.pace, config)
         action[:, RESIDUAL] = release.act(observe(observation, action, config))
         return action if rules.stages > 1 else np.delete(action, 2, axis=1)
 

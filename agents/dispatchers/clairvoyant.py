@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.line import simulate
+from pnt_gym.cells.line.choosing import MOST_LOOKS
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.rows import CHOICES, Choice, LineState, Outcome, Result, Rider, Tables, no_results
 from pnt_gym.rows import Rows1, Rows2
@@ -28,8 +29,6 @@ WIDTH: Final = 128
 """Beginnings of a shift that the search keeps."""
 FEW: Final = 8
 """Decisions that it tries for each of them."""
-LOOKS: Final = 100_000
-"""Looks without a result in a row before a line is declared impossible."""
 
 
 @final
@@ -62,7 +61,7 @@ class Decided:
 
 
 @final
-class Foresight:
+class ShiftSearch:
     """Search for the best order of one shift.
 
     Args:
@@ -143,7 +142,7 @@ class Foresight:
         """States (K,) after their decisions, at the next ones."""
         riders, rows = self._copies[: len(chosen)], np.arange(len(chosen))
         simulate.end_cycles(self._tables, state, riders, chosen, results, Outcome.empty(len(chosen)))
-        simulate.next_decisions(self._tables, state, riders, rows, LOOKS)
+        simulate.next_decisions(self._tables, state, riders, rows, MOST_LOOKS)
         return state
 
     def _decide(self, begun: Beginnings) -> Decided:
@@ -239,5 +238,5 @@ class Clairvoyant(Controller):
         tables, riders = cell.chooser.tables, cell.stream.riders[line]
         bound, begin = find_bound(tables, riders, is_drawn=True), np.array([line])
         self.bounds[line] = bound.value
-        found = [Foresight(tables, riders, bound, share).search(cell.state.take(begin)) for share in SHARES]
+        found = [ShiftSearch(tables, riders, bound, share).search(cell.state.take(begin)) for share in SHARES]
         return max(found, key=lambda one: one[0])[1]

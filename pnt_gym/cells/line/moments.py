@@ -15,7 +15,7 @@ import numpy as np
 from pnt_gym.cells.line.choose import landing_chance
 from pnt_gym.cells.line.plan import lay_out, pick_height, space_of, stop_rules, write_throw
 from pnt_gym.cells.line.rows import Choice, Rider, Tables
-from pnt_gym.cells.line.simulate import redraw_once
+from pnt_gym.cells.line.simulate import later_draw
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.planning.motion.kernel import space_margin
 from pnt_gym.planning.straight.kernel import choose_slopes, release_rows, reserve_shift, stays_inside
@@ -60,11 +60,9 @@ PASSAGE, MOMENT, CHOICE, THROW = Passage.dtype, Moment.dtype, Choice.dtype, Thro
 @kernel_part
 def _count_failures(rider: Rider, picked: float) -> int:
     """Attempts to pick an object that fail by its draws before one seals, where a share of picks seals."""
-    draw = rider.seal
     for failures in range(MOST_FAILURES):
-        if draw >= 1.0 - picked:
+        if later_draw(rider.seal, failures) >= 1.0 - picked:
             return failures
-        draw = redraw_once(draw)
     return MOST_FAILURES
 
 
@@ -157,10 +155,7 @@ def _worth(tables: Tables, rider: Rider, passage: Passage, lift: Choice) -> floa
         return 0.0
     if 0.0 < passage.seal < 1.0:
         return rider.worth * chance
-    luck = rider.luck
-    for _ in range(passage.failures):
-        luck = redraw_once(luck)
-    return rider.worth if luck < chance else 0.0
+    return rider.worth if later_draw(rider.luck, passage.failures) < chance else 0.0
 
 
 @kernel_part

@@ -73,16 +73,11 @@ def next_decisions(tables: Tables, state: LineState, riders: Rows2[Rider], lines
 
 
 @kernel_part
-def redraw_once(draw: float) -> float:
-    """Uniform draw of the next attempt; a draw of 1, which stands for attempts that never fail, stays 1."""
-    return draw * STRETCH % 1.0 if draw < 1.0 else draw
-
-
-@kernel_part
-def _redraw(draw: float, attempts: int) -> float:
-    """Uniform draw of a later attempt."""
-    for _ in range(attempts):
-        draw = redraw_once(draw)
+def later_draw(draw: float, attempts: int) -> float:
+    """Uniform draw of a later attempt; a draw of 1, which stands for attempts that never fail, stays 1."""
+    if draw < 1.0:
+        for _ in range(attempts):
+            draw = draw * STRETCH % 1.0
     return draw
 
 
@@ -91,7 +86,7 @@ def redraw(draws: Floats1, attempts: Ints1) -> Floats1:
     """Uniform draws for later attempts (N,)."""
     redrawn = np.empty_like(draws)
     for n in range(len(draws)):
-        redrawn[n] = _redraw(draws[n], attempts[n])
+        redrawn[n] = later_draw(draws[n], attempts[n])
     return redrawn
 
 
@@ -118,8 +113,8 @@ def throw_by_table(
                 continue
             rider, tries = riders[n, choice.index], state.accounts[n, choice.index].attempts
             chance = landing_chance(tables.chances, rider.kind, choice)
-            result.picked = _redraw(rider.seal, tries) >= 1.0 - tables.chances.picked[rider.kind]
-            result.is_success = result.picked and _redraw(rider.luck, tries) < chance
+            result.picked = later_draw(rider.seal, tries) >= 1.0 - tables.chances.picked[rider.kind]
+            result.is_success = result.picked and later_draw(rider.luck, tries) < chance
             result.sorted = result.is_success and tables.accepts[first_site + choice.bin, rider.kind]
             result.ended_in = choice.bin if result.is_success else NOBODY
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from agents.dispatchers import registry
-from agents.dispatchers.clairvoyant import SHARES, Clairvoyant, Foresight
+from agents.dispatchers.clairvoyant import SHARES, Clairvoyant, ShiftSearch
 from agents.dispatchers.prices import find_bound
 from agents.dispatchers.registry import line_core
 from agents.dispatchers.search import shift_values
@@ -85,7 +85,7 @@ def test_the_best_of_all_orders_lies_between_foresight_and_bound(seed: int) -> N
         tables, riders, state = core.cell.chooser.tables, core.cell.stream.riders[0].copy(), core.cell.state.copy()
         best = max(orders(core))
         bound = find_bound(tables, riders, is_drawn=True)
-        found, _ = Foresight(tables, riders, bound, 0.9).search(state)
+        found, _ = ShiftSearch(tables, riders, bound, 0.9).search(state)
     assert found <= best + 1e-9
     assert best <= bound.value + 1e-9
     assert found > 0.9 * best > 0.0
@@ -99,7 +99,7 @@ def test_what_foresight_plans_is_what_the_line_does() -> None:
         tables, riders = core.cell.chooser.tables, core.cell.stream.riders[0].copy()
         bound = find_bound(tables, riders, is_drawn=True)
         planned = max(
-            Foresight(tables, riders, bound, share).search(core.cell.state.take(np.array([0])))[0] for share in SHARES
+            ShiftSearch(tables, riders, bound, share).search(core.cell.state.take(np.array([0])))[0] for share in SHARES
         )
         worked = shift_values(Clairvoyant("clairvoyant", core), env, np.array([7]))
     assert worked[0] * level["duration"] / 60.0 == pytest.approx(planned)
