@@ -16,6 +16,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.line import simulate
 from pnt_gym.cells.line.choosing import MOST_LOOKS
 from pnt_gym.cells.line.core import LineCore
+from pnt_gym.cells.line.links import EMPTY, THROWN
 from pnt_gym.cells.line.rows import CHOICES, Choice, LineState, Outcome, Result, Rider, Tables, no_results
 from pnt_gym.rows import Rows1, Rows2
 
@@ -156,7 +157,7 @@ class ShiftSearch:
         value = np.where(results["sorted"] & in_time, self._riders["worth"][index], 0.0)
         moment, is_known = self._moments(state, picked)
         before = begun.ahead[np.arange(len(robot)), robot][:, None]
-        ahead = np.where(picked, ways.after_throw[moment], ways.after_empty[moment])
+        ahead = np.where(picked, ways.after[THROWN, moment], ways.after[EMPTY, moment])
         failed = prices.failed[index]
         gain = np.where(picked, value - prices.taken[index] - self._failures[index] * failed, failed)
         # A choice without a moment brings nothing; it counts where there is no other one.

@@ -4,15 +4,30 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from pnt_gym.cells.line.links import Links
+from pnt_gym.cells.line.links import EMPTY, THROWN, Links
 from pnt_gym.cells.line.moments import Moment, Passage
 from pnt_gym.compiled import kernel, kernel_part
-from pnt_gym.rows import Bools1, Floats1, Floats2, Ints1, Ints2, Rows1
+from pnt_gym.rows import Bools1, Floats1, Floats2, Ints2, Row, Rows1, field
 
 NOTHING: Final = -1
 """Row of a moment that does not exist."""
 IMPOSSIBLE: Final = -1e30
 """Worth of a way through a moment from which no throw is possible."""
+
+
+class Visit(Row):
+    """A moment as the search for ways reads it."""
+
+    row: int = field("-", "row of the moment")
+    step: int = field("-", "its step")
+    robot: int = field("-", "index of its robot")
+    index: int = field("-", "index of its object")
+    seal: float = field("-", "chance that the cup seals")
+    failures: int = field("-", "attempts that have to fail before one seals")
+    worth: float = field("-", "largest value that a sealed attempt brings")
+    can_throw: bool = field("-", "whether a throw is possible")
+    is_first: bool = field("-", "whether it is the first moment of its passage")
+    is_last: bool = field("-", "whether it is the last moment of its passage")
 
 
 class Network(NamedTuple):
@@ -21,16 +36,10 @@ class Network(NamedTuple):
     passages: Rows1[Passage]
     moments: Rows1[Moment]
     """All moments, passage by passage (N,)."""
-    passage_of: Ints1
-    """Row of each moment's passage (N,)."""
-    step_of: Ints1
-    """Step of each moment (N,)."""
-    latest_first: Ints1
-    """Rows of the moments in the order of their steps, the last one first (N,)."""
-    thrown: Links
-    """What may follow a throw."""
-    empty: Links
-    """What may follow an attempt whose cup did not seal."""
+    visits: Rows1[Visit]
+    """The same in the order of their steps, the last one first (N,)."""
+    links: Links
+    """What may follow each moment."""
 
 
 class Prices(NamedTuple):
@@ -49,14 +58,10 @@ class Ways(NamedTuple):
     """What the way from a moment on brings, less the prices, where the hand may wait for a later one (N,)."""
     waits: Bools1
     """Whether the way waits for the next moment (N,)."""
-    after_throw: Floats1
-    """What the way brings after a throw (N,)."""
-    after_empty: Floats1
-    """What the way brings after an attempt whose cup did not seal (N,)."""
-    next_thrown: Ints1
-    """The moment that follows a throw; -1 for none (N,)."""
-    next_empty: Ints1
-    """The moment that follows an attempt whose cup did not seal; -1 for none (N,)."""
+    after: Floats2
+    """What the way brings after each end of a moment (2, N)."""
+    following: Ints2
+    """The moment that follows each end of a moment; -1 for none (2, N)."""
     later: Floats2
     """What the best way brings whose first passage begins in a step or later (R, steps + 1)."""
     first: Ints2
@@ -64,43 +69,12 @@ class Ways(NamedTuple):
 
 
 @kernel_part
-def _best_follower(links: Links, n: int, robot: int, ways: Ways) -> tuple[float, int]:
-    """What the best moment after moment n brings, and its row; nothing is always possible."""
-    best, row = 0.0, NOTHING
-    for k in range(links.first[n], links.first[n + 1]):
-        if ways.worth[links.target[k]] > best:
-            row = int(links.target[k])
-            best = float(ways.worth[row])
-    far = links.far[n]
-    if 0 <= far < ways.later.shape[1] and ways.later[robot, far] > best:
-        best, row = float(ways.later[robot, far]), int(ways.first[robot, far])
-    return best, row
-
-
-@kernel_part
-def _carry_back(ways: Ways, begin: int, end: int) -> None:
+def _carry_back(later: Floats2, first: Ints2, begin: int, end: int) -> None:
     """Carry the best ways of later steps back, from step `begin` - 1 to step `end`."""
     for step in range(begin - 1, end - 1, -1):
-        for robot in range(ways.later.shape[0]):
-            if ways.later[robot, step + 1] > ways.later[robot, step]:
-                ways.later[robot, step] = ways.later[robot, step + 1]
-                ways.first[robot, step] = ways.first[robot, step + 1]
-
-
-@kernel_part
-def _value_moment(network: Network, prices: Prices, n: int, ways: Ways) -> None:
-    """Write the best way from a moment on; those of later steps are known."""
-    passage, moment = network.passages[network.passage_of[n]], network.moments[n]
-    ways.worth[n], ways.waits[n] = IMPOSSIBLE, False
-    ways.after_throw[n], ways.next_thrown[n] = _best_follower(network.thrown, n, passage.robot, ways)
-    ways.after_empty[n], ways.next_empty[n] = _best_follower(network.empty, n, passage.robot, ways)
-    if moment.can_throw:
-        failed = prices.failed[passage.index]
-        sealed = moment.worth - prices.taken[passage.index] - passage.failures * failed + ways.after_throw[n]
-        ways.worth[n] = passage.seal * sealed + (1.0 - passage.seal) * (failed + ways.after_empty[n])
-    is_last = n + 1 == passage.first_row + passage.count
-    if not is_last and ways.worth[n + 1] > ways.worth[n]:
-        ways.worth[n], ways.waits[n] = ways.worth[n + 1], True
+        for robot in range(len(later)):
+            if later[robot, step + 1] > later[robot, step]:
+                later[robot, step], first[robot, step] = later[robot, step + 1], first[robot, step + 1]
 
 
 @kernel
@@ -112,18 +86,35 @@ def find_ways(network: Network, prices: Prices, ways: Ways) -> None:
         prices: the prices of their objects.
         ways: written.
     """
-    ways.later[:] = 0.0
-    ways.first[:] = NOTHING
-    known = ways.later.shape[1] - 1
-    for n in network.latest_first:
-        step = int(network.step_of[n])
-        _carry_back(ways, known, step + 1)
+    # Arrays are taken out of their tuples once: compiled code counts references each time, and in calls.
+    begins, targets, fars = network.links
+    worth, waits, after, following, later, first = ways
+    waits[:], after[:], later[:], following[:], first[:] = False, 0.0, 0.0, NOTHING, NOTHING
+    known = later.shape[1] - 1
+    for visit in network.visits:
+        n, robot, step = visit.row, visit.robot, visit.step
+        _carry_back(later, first, known, step + 1)
         known = min(known, step + 1)
-        _value_moment(network, prices, n, ways)
-        passage = network.passages[network.passage_of[n]]
-        if n == passage.first_row and ways.worth[n] > ways.later[passage.robot, step]:
-            ways.later[passage.robot, step], ways.first[passage.robot, step] = ways.worth[n], n
-    _carry_back(ways, known, 0)
+        for end in range(2):
+            # Nothing is always possible, and brings nothing.
+            best, row, far = 0.0, NOTHING, fars[end, n]
+            for k in range(begins[end, n], begins[end, n + 1]):
+                if worth[targets[k]] > best:
+                    best, row = worth[targets[k]], targets[k]
+            if 0 <= far < later.shape[1] and later[robot, far] > best:
+                best, row = later[robot, far], first[robot, far]
+            after[end, n], following[end, n] = best, row
+        worth[n] = IMPOSSIBLE
+        if visit.can_throw:
+            failed = prices.failed[visit.index]
+            sealed = visit.worth - prices.taken[visit.index] - visit.failures * failed + after[THROWN, n]
+            worth[n] = visit.seal * sealed + (1.0 - visit.seal) * (failed + after[EMPTY, n])
+        # The hand may wait for a later moment of the same passage.
+        if not visit.is_last and worth[n + 1] > worth[n]:
+            worth[n], waits[n] = worth[n + 1], True
+        if visit.is_first and worth[n] > later[robot, step]:
+            later[robot, step], first[robot, step] = worth[n], n
+    _carry_back(later, first, known, 0)
 
 
 @kernel
@@ -143,17 +134,16 @@ def count_uses(network: Network, ways: Ways, mass: Floats1, taken: Floats1, fail
     for robot in range(ways.first.shape[0]):
         if ways.first[robot, 0] >= 0:
             mass[ways.first[robot, 0]] += 1.0
-    for n in network.latest_first[::-1]:
+    for visit in network.visits[::-1]:
+        n = visit.row
         if mass[n] == 0.0:
             continue
         if ways.waits[n]:
             mass[n + 1] += mass[n]
             continue
-        passage = network.passages[network.passage_of[n]]
-        sealed = mass[n] * passage.seal
-        taken[passage.index] += sealed
-        failed[passage.index] += mass[n] - sealed
-        if ways.next_thrown[n] >= 0:
-            mass[ways.next_thrown[n]] += sealed
-        if ways.next_empty[n] >= 0:
-            mass[ways.next_empty[n]] += mass[n] - sealed
+        sealed = mass[n] * visit.seal
+        taken[visit.index] += sealed
+        failed[visit.index] += mass[n] - sealed
+        for end in range(2):
+            if ways.following[end, n] >= 0:
+                mass[ways.following[end, n]] += sealed if end == THROWN else mass[n] - sealed

@@ -16,13 +16,13 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, take
 from pnt_gym.cells.line.links import link_moments
-from pnt_gym.cells.line.moments import list_moments, list_passages
+from pnt_gym.cells.line.moments import Moment, Passage, list_moments, list_passages
 from pnt_gym.cells.line.rows import Rider, Tables
 from pnt_gym.rows import Rows1
 
-from .price_kernel import NOTHING, Network, Prices, Ways, count_uses, find_ways
+from .price_kernel import Network, Prices, Visit, Ways, count_uses, find_ways
 
 STEPS: Final = (0.04, 0.01)
 """Lengths of a step, from the first search for prices to the last one, whose bound counts [s]."""
@@ -67,11 +67,20 @@ def make_network(tables: Tables, riders: Rows1[Rider], step: float, *, is_drawn:
     """
     passages = list_passages(tables, riders, step, is_drawn)
     moments = list_moments(tables, riders, passages, step)
-    thrown, empty = (link_moments(tables, riders, passages, moments, step, is_empty) for is_empty in (False, True))
-    passage_of = np.repeat(np.arange(len(passages)), passages["count"])
-    step_of = passages["first_step"][passage_of] + np.arange(len(moments)) - passages["first_row"][passage_of]
-    order = np.argsort(-step_of, kind="stable")
-    return Network(passages, moments, passage_of, step_of, order, thrown, empty)
+    links = link_moments(tables, riders, passages, moments, step)
+    return Network(passages, moments, _list_visits(passages, moments), links)
+
+
+def _list_visits(passages: Rows1[Passage], moments: Rows1[Moment]) -> Rows1[Visit]:
+    """The visits of all moments."""
+    row, own = np.arange(len(moments)), passages[np.repeat(np.arange(len(passages)), passages["count"])]
+    place = row - own["first_row"]
+    visits = Visit.zeros(len(moments), row=row, step=own["first_step"] + place)
+    for name in ("robot", "index", "seal", "failures"):
+        visits[name] = own[name]
+    visits["worth"], visits["can_throw"] = moments["worth"], moments["can_throw"]
+    visits["is_first"], visits["is_last"] = place == 0, place + 1 == own["count"]
+    return take(visits, np.argsort(-visits["step"], kind="stable"))
 
 
 def best_ways(network: Network, prices: Prices, robots: int) -> Ways:
@@ -82,10 +91,10 @@ def best_ways(network: Network, prices: Prices, robots: int) -> Ways:
 
 
 def _empty_ways(network: Network, robots: int) -> Ways:
-    count, steps = len(network.moments), int(network.step_of.max()) + 2
-    floats, ints = np.empty((3, count)), np.full((2, count), NOTHING)
-    later, first = np.empty((robots, steps)), np.empty((robots, steps), dtype=np.int64)
-    return Ways(floats[0], np.empty(count, dtype=np.bool_), floats[1], floats[2], ints[0], ints[1], later, first)
+    count, shape = len(network.moments), (robots, int(network.visits["step"].max()) + 2)
+    ends = np.empty((2, count)), np.empty((2, count), dtype=np.int64)
+    robots_ways = np.empty(shape), np.empty(shape, dtype=np.int64)
+    return Ways(np.empty(count), np.empty(count, dtype=np.bool_), *ends, *robots_ways)
 
 
 @final

@@ -73,9 +73,9 @@ def _leaving(level: Settings, amount: Amount) -> Figures:
     partings: list[Parting] = []
     for batch in range(-(-amount.throws // CELLS)):
         core = make_seeded_cells(config, "independent", CELLS, amount.seed + batch)
-        picks, plans, mover = core.context, core.plan(np.zeros((CELLS, 2)))[0], core.cell.planner.mover
-        motion = mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
-        back = mover.back(motion, picks.pick, picks.limits)
+        picks, plans, planner = core.context, core.plan(np.zeros((CELLS, 2)))[0], core.cell.planner
+        motion = planner.mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
+        back = planner.mover.back(motion, picks.pick, planner.limits(picks.objects))
         path = JerkTrajectory.concatenate(picks.pick, [motion.segments, back])
         partings.append(ThrowClock.of(picks, HandCycle(plans, motion.release_time, path), config).parting)
     parting = concatenate_records(partings)

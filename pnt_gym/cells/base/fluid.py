@@ -11,16 +11,16 @@ Every operation is elementwise: a row's result does not depend, to the last bit,
 # pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, NamedTuple, TypeAlias, final
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats, Ints, in_order, join_columns
 from pnt_gym.cells.base import body_kernel
 from pnt_gym.cells.base.items import CYLINDER, SHAPES
 from pnt_gym.errors import ConfigError
-from pnt_gym.rows import Floats1, Floats2, Floats3, Form
+from pnt_gym.rows import Floats1, Floats2, Floats3, Shorts1, Shorts2
 
 # Share of the drag coefficient, by shape. MuJoCo's drag has no 1/2, and a box or cylinder is seen as the
 # ellipsoid inside it, whose frontal area is pi/4 of a face: 0.5 / (pi/4) = 0.64.
@@ -42,10 +42,6 @@ GYRATION: Final = np.array([0.27, 0.38, 0.38])
 _GEOM_TYPE: Final = np.array([4, 5, 6], dtype=np.int32)  # mjtGeom: ellipsoid, cylinder, box
 
 
-Types1: TypeAlias = Annotated[NDArray[np.int32], Form(1, np.int32)]
-Types2: TypeAlias = Annotated[NDArray[np.int32], Form(2, np.int32)]
-
-
 @final
 class GeomPlacement(NamedTuple):
     """N geoms in MuJoCo's convention, in the order of the fields' names.
@@ -58,7 +54,7 @@ class GeomPlacement(NamedTuple):
         aabb: (N, 6) bounding box in the geom's frame, m: centre, half extents.
     """
 
-    type: Types1
+    type: Shorts1
     size: Floats2
     quat: Floats2
     rbound: Floats1
@@ -81,7 +77,7 @@ class ModelFields(NamedTuple):
 
     mass: Floats2
     inertia: Floats3
-    type: Types2
+    type: Shorts2
     size: Floats3
     quat: Floats3
     rbound: Floats2

@@ -18,7 +18,7 @@ from pnt_gym.cells.line.rows import Rider, Tables
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.planning.motion.hunt import meet
 from pnt_gym.planning.motion.rows import Hunt
-from pnt_gym.rows import Ints1, Rows1
+from pnt_gym.rows import Ints2, Rows1, Shorts1
 
 AHEAD: Final = 2.0
 """From this time after a hand is free on, its place does not count for the objects that come into the window [s]."""
@@ -29,21 +29,25 @@ LONGEST: Final = 20.0
 HUNT: Final = Hunt.dtype
 
 
-class Links(NamedTuple):
-    """Moments that may follow each of N moments."""
+THROWN, EMPTY = range(2)
+"""Ends of a moment: a throw, or an attempt whose cup did not seal."""
 
-    first: Ints1
-    """Place of each moment's first link among all links; the last entry is their number (N + 1,)."""
-    target: Ints1
-    """Rows of the moments that follow (L,)."""
-    far: Ints1
-    """Step from which on passages begin whose moments follow wherever the hand is; -1 for moments without any (N,)."""
+
+class Links(NamedTuple):
+    """Moments that may follow each of N moments, by its end."""
+
+    first: Ints2
+    """Place of each moment's first link among all links; the last entry is that of the next end (2, N + 1)."""
+    target: Shorts1
+    """Rows of the moments that follow (L,); short, since the time of a search is that of reading them."""
+    far: Ints2
+    """Step from which on passages begin whose moments follow wherever the hand is; -1 for none (2, N)."""
 
 
 @kernel_part
-def ends_so(passage: Passage, moment: Moment, is_empty: bool) -> bool:
-    """Whether a moment can end with an empty cup, or else with a throw."""
-    return moment.can_throw and (passage.seal < 1.0 if is_empty else passage.seal > 0.0)
+def can_end(passage: Passage, moment: Moment, end: int) -> bool:
+    """Whether a moment can have an end."""
+    return moment.can_throw and (passage.seal < 1.0 if end == EMPTY else passage.seal > 0.0)
 
 
 @kernel_part
@@ -97,12 +101,13 @@ def _link(
     passages: Rows1[Passage],
     moment: Moment,
     row: int,
-    is_empty: bool,
+    end: int,
     step: float,
-    targets: Ints1,
+    targets: Shorts1,
 ) -> int:
-    """Write the rows of the moments that may follow a moment of the passage in a row; returns their number."""
+    """Write the rows of what may follow an end of a moment of the passage in a row; returns their number."""
     passage, line = passages[row], tables.line[0]
+    is_empty = end == EMPTY
     time = moment.empty_free if is_empty else moment.free
     low, high = _range_near(tables, riders, passages, passage.robot, time)
     hunts, others, count = empty_rows(high - low, HUNT), np.empty(high - low, dtype=np.int64), 0
@@ -129,12 +134,7 @@ def _link(
 
 @kernel
 def link_moments(
-    tables: Tables,
-    riders: Rows1[Rider],
-    passages: Rows1[Passage],
-    moments: Rows1[Moment],
-    step: float,
-    is_empty: bool,
+    tables: Tables, riders: Rows1[Rider], passages: Rows1[Passage], moments: Rows1[Moment], step: float
 ) -> Links:
     """Find the moments that may follow each moment.
 
@@ -144,19 +144,20 @@ def link_moments(
         passages: the passages.
         moments: their moments (N,).
         step: length of a step [s].
-        is_empty: whether the moments end with an empty cup; otherwise they end with a throw.
     """
-    first, far = np.zeros(len(moments) + 1, dtype=np.int64), np.full(len(moments), -1)
-    target, count = np.empty(16 * len(moments), dtype=np.int64), 0
-    for row in range(len(passages)):
-        passage = passages[row]
-        for n in range(passage.first_row, passage.first_row + passage.count):
-            first[n] = count
-            if not ends_so(passage, moments[n], is_empty):
-                continue
-            if count + len(passages) > len(target):
-                target = np.append(target, np.empty_like(target))
-            count += _link(tables, riders, passages, moments[n], row, is_empty, step, target[count:])
-            far[n] = math.floor(((moments[n].empty_free if is_empty else moments[n].free) + AHEAD) / step)
-    first[len(moments)] = count
+    first, far = np.zeros((2, len(moments) + 1), dtype=np.int64), np.full((2, len(moments)), -1)
+    target, count = np.empty(16 * len(moments), dtype=np.int32), 0
+    for end in range(2):
+        for row in range(len(passages)):
+            passage = passages[row]
+            for n in range(passage.first_row, passage.first_row + passage.count):
+                first[end, n] = count
+                if not can_end(passage, moments[n], end):
+                    continue
+                if count + len(passages) > len(target):
+                    target = np.append(target, np.empty_like(target))
+                count += _link(tables, riders, passages, moments[n], row, end, step, target[count:])
+                free = moments[n].empty_free if end == EMPTY else moments[n].free
+                far[end, n] = math.floor((free + AHEAD) / step)
+        first[end, len(moments)] = count
     return Links(first, target[:count].copy(), far)

@@ -12,7 +12,7 @@ from agents.dispatchers.decisions import work_single_shifts
 from agents.dispatchers.prices import make_network
 from agents.dispatchers.registry import line_core
 from agents.ground.environments import make_vector
-from pnt_gym.cells.line.links import Links
+from pnt_gym.cells.line.links import EMPTY, THROWN, Links
 
 STEP = 0.02
 LEVELS: list[dict[str, Any]] = [
@@ -53,9 +53,10 @@ def decisions(level: dict[str, Any], name: str, seed: int) -> Iterator[dict[str,
             }
 
 
-def follows(links: Links, moment: int, target: int, begin: int, step: int) -> bool:
-    """Whether a moment, of a passage that begins at a row and a step, may follow another one."""
-    reached = links.target[links.first[moment] : links.first[moment + 1]]
+def follows(links: Links, moment: tuple[int, int], target: int, begin: int, step: int) -> bool:
+    """Whether a moment, of a passage that begins at a row and a step, may follow an end of another one."""
+    end, row = moment
+    reached = links.target[links.first[end, row] : links.first[end, row + 1]]
     return bool(((reached >= begin) & (reached <= target)).any() or 0 <= links.far[moment] <= step)
 
 
@@ -65,7 +66,7 @@ def test_every_decision_is_a_moment_and_follows_a_link(level: dict[str, Any], na
     done = list(decisions(level, name, seed=5))
     network = make_network(done[0]["tables"], done[0]["riders"], STEP, is_drawn=True)
     passages, moments = network.passages, network.moments
-    before, count, duration = dict[int, tuple[int, bool]](), 0, level["duration"]
+    before, count, duration = dict[int, tuple[int, int]](), 0, level["duration"]
     for one in (one for one in done if one["lift"] <= duration):
         is_own = passages["seal"] == float(one["picked"])
         for field in ("robot", "index", "site", "setting"):
@@ -81,7 +82,6 @@ def test_every_decision_is_a_moment_and_follows_a_link(level: dict[str, Any], na
         assert moments["worth"][moment] >= one["value"] - 1e-9
         assert moments["free" if one["picked"] else "empty_free"][moment] <= one["end"] + 1e-9
         if (last := before.get(one["robot"])) is not None:
-            links = network.thrown if last[1] else network.empty
-            assert follows(links, last[0], moment, int(passage["first_row"]), int(passage["first_step"]))
-        before[one["robot"]] = moment, one["picked"]
+            assert follows(network.links, last, moment, int(passage["first_row"]), int(passage["first_step"]))
+        before[one["robot"]] = THROWN if one["picked"] else EMPTY, moment
     assert count > 8
