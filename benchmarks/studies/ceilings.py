@@ -47,6 +47,27 @@ def shifts(settings: Settings, amount: Amount) -> Iterator[Figures]:
         }
 
 
+def closest(settings: Settings, amount: Amount) -> Iterator[Figures]:
+    """How close controllers of a line come to the bound by draws in any of many shifts.
+
+    Args:
+        settings: `level`, and the names of the `controllers`.
+        amount: shifts.
+    """
+    level = {"name": settings["level"]["base"], **settings["level"]}
+    seeds = np.array([stream_seed("evaluate", amount.seed, k) for k in range(amount.throws)])
+    with closing(make_vector(ENV, level, amount.throws, 1)) as env:
+        core = line_core(env)
+        env.reset(seed=seeds.tolist())
+        tables, minutes = core.cell.chooser.tables, core.config.duration / 60.0
+        bounds = np.array(
+            [find_bound(tables, riders, is_drawn=True).value for riders in core.cell.stream.riders.copy()]
+        )
+        for name in settings["controllers"]:
+            shares = shift_values(registry.make(name, core), env, seeds) * minutes / bounds
+            yield {"controller": name, "shifts": amount.throws, "closest": float(shares.max())}
+
+
 def _ceilings(env: Env, seed: int) -> tuple[float, float, float]:
     """The bounds of a shift by its draws and of expected values, and what the order of one who knows it brings."""
     env.reset(seed=int(seed))
