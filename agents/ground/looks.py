@@ -31,6 +31,11 @@ LOOKS: Final = {
     "ridge": Look(ORANGE, "ridge regression"),
     "mlp": Look(RED, "neural network"),
     "sac": Look(VIOLET, "SAC"),
+    "td3": Look(CYAN),
+    "tqc": Look(BROWN),
+    "ppo": Look(PINK),
+    "gaussian_process": Look(YELLOW),
+    "cma-es": Look(PINE),
     "floor": Look(GREY),
     "floor_unseen": Look(GREY),
     "oracle": Look(BLACK),
@@ -75,17 +80,32 @@ LOOKS: Final = {
 }
 
 
+ALIASES: Final = {
+    "planner": "analytic",
+    "analytic_planner": "analytic",
+    "shipped_policy": "sac",
+    "waste-sac": "sac",
+}
+"""Further names of some controllers in results, as `look` spells labels."""
+
+
+def look(label: str) -> Look | None:
+    """How a controller is shown whose label may say what it learned from: `SAC (10,000)`; None for an unknown one."""
+    name = label.partition(" (")[0].partition(", ")[0].lower().replace(" ", "_")
+    return LOOKS.get(ALIASES.get(name, name))
+
+
 def colours(labels: Iterable[str]) -> dict[str, str]:
     """A colour for each label: of a known controller its own, of others those that are left, in their order."""
     unique = list(dict.fromkeys(labels))
-    taken = {LOOKS[label].colour for label in unique if label in LOOKS}
-    free = [colour for colour in COLOURS if colour not in taken] or list(COLOURS)
-    others = [label for label in unique if label not in LOOKS]
-    spare = {label: free[k % len(free)] for k, label in enumerate(others)}
-    return {label: LOOKS[label].colour if label in LOOKS else spare[label] for label in unique}
+    known = {label: own.colour for label in unique if (own := look(label)) is not None}
+    # Blue and black would be read as the planner and as one who knows what is hidden.
+    free = [colour for colour in COLOURS if colour not in (BLUE, BLACK, *known.values())] or list(COLOURS)
+    others = [label for label in unique if label not in known]
+    return known | {label: free[k % len(free)] for k, label in enumerate(others)}
 
 
 def said(label: str) -> str:
     """The identifier of a controller, with the name that a reader knows."""
-    name = LOOKS[label].name if label in LOOKS else ""
-    return f"{label} ({name})" if name else label
+    own = look(label)
+    return f"{label}: {own.name}" if own is not None and own.name else label

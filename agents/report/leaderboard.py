@@ -19,9 +19,11 @@ from ..ground.tables import NONE, Grid
 from ..ground.versions import world_of
 from ..results import compare
 from . import contents, room
-from .submissions import FOLDER, PROJECT
+from .submissions import FOLDER
 
 Data = Mapping[str, Any]
+US: Final = "us"
+"""Who made the controllers of the project."""
 PREFIX: Final = "leaderboard-"
 """Beginning of the names of the boards' tables in documents."""
 
@@ -179,7 +181,7 @@ def _own(board: Board, data: Data) -> Iterator[Entry]:
     for label, of_levels in found.items():
         if set(of_levels) == set(board.levels) and label in (board.labels or found):
             throws = max(row.get("throws", 0) for row in of_levels.values())
-            yield Entry(label, PROJECT, throws, label in CHEATS, of_levels)
+            yield Entry(label, US, throws, label in CHEATS, of_levels)
 
 
 def _handed_in(board: Board, results: Path, world: int) -> Iterator[Entry]:

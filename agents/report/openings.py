@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, final
 
 from ..ground.files import read_yaml
-from ..ground.looks import LOOKS, colours
+from ..ground.looks import colours, look
 from . import templates
 
 FIGURE: Final = re.compile(r"[+-]?[\d,]*\.?\d+")
@@ -74,7 +74,8 @@ class Opening(NamedTuple):
             f'<rect width="{WIDTH}" height="{height}" rx="4" fill="#fff"/>',
         ]
         for row, (name, value) in enumerate(zip(names, values, strict=True)):
-            shown, y, width = LOOKS[name].name or name if name in LOOKS else name, 4 + ROW * row, scale * abs(value)
+            own = look(name)
+            shown, y, width = (own.name if own else "") or name, 4 + ROW * row, scale * abs(value)
             parts.append(f'<text x="{NAMES - 4}" y="{y + 15}" text-anchor="end" fill="#222">{escape(shown)}</text>')
             parts.append(f'<rect x="{NAMES}" y="{y + 3}" width="{width:.1f}" height="16" fill="{colour[name]}"/>')
             parts.append(f'<text x="{NAMES + width + 4:.1f}" y="{y + 15}" fill="#222">{value:g}</text>')

@@ -45,6 +45,7 @@ MAKERS: Final[Mapping[str, Callable[[str], str]]] = {
     "settings": levels.setting_table,
     "throw": throw.stage_table,
     "parts": papers.part_table,
+    "drawings": papers.drawings,
     "verdicts": results.verdict_table,
 }
 """Functions that fill blocks, by the name of the block; each takes the argument of the block."""
