@@ -106,7 +106,7 @@ def rewrite(document: Path, makers: Mapping[str, Maker]) -> bool:
 
 
 def _question_text(name: str, results: Path) -> str:
-    """What a page of results begins with: title, picture, five numbers, the command behind them, links to tables."""
+    """What a page of results begins with: title, five numbers, picture, the command behind them, links to tables."""
     question, answer = _answered_question(name, results)
     opening = question.opening(results)
     picture = f"![{question.title}](figures/{question.picture})"
@@ -116,7 +116,7 @@ def _question_text(name: str, results: Path) -> str:
     tables = f"<details><summary>Every table</summary>\n\n{links}\n\n</details>" if links else ""
     numbers = answer if opening is None else opening.list()
     made = f"`{question.command}` makes these numbers."
-    lines = [f"# {question.title}", picture, numbers, made, question.older(results), tables]
+    lines = [f"# {question.title}", numbers, picture, made, question.older(results), tables]
     return "\n\n".join(line for line in lines if line)
 
 
@@ -160,7 +160,7 @@ def _text(name: str, results: Path) -> str:
 def _table(name: str, results: Path) -> Grid:
     if name == SUBMISSIONS:
         return submissions.grid(results)
-    if name.removeprefix(leaderboard.PREFIX) in leaderboard.BOARDS:
+    if name.startswith(leaderboard.PREFIX) and name.removeprefix(leaderboard.PREFIX) in leaderboard.BOARDS:
         return leaderboard.grid(results, name.removeprefix(leaderboard.PREFIX))
     tables = {**BLOCKS, **study_blocks()}
     if name in tables:

@@ -190,7 +190,8 @@ def _handed_in(board: Board, results: Path, world: int) -> Iterator[Entry]:
         data = compare.read(file).data
         rows = {row["level"]: row for row in sorted(data["table"], key=lambda row: row["throws"])}
         if data["plan"]["env"] == board.env and world_of(data) == world and set(board.levels) <= set(rows):
-            yield Entry(file.stem, data["by"], max(row["throws"] for row in rows.values()), False, rows)
+            throws = max(row["throws"] for row in rows.values()) or data.get("learned_from", 0)
+            yield Entry(file.stem, data["by"], throws, False, rows)
 
 
 def _value(entry: Entry, level: str, column: Column) -> float:

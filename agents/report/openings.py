@@ -74,7 +74,7 @@ class Opening(NamedTuple):
             f'<rect width="{WIDTH}" height="{height}" rx="4" fill="#fff"/>',
         ]
         for row, (name, value) in enumerate(zip(names, values, strict=True)):
-            own = look(name)
+            own = look(name) if ", " not in name else None  # which says what the controller has learned from
             shown, y, width = (own.name if own else "") or name, 4 + ROW * row, scale * abs(value)
             parts.append(f'<text x="{NAMES - 4}" y="{y + 15}" text-anchor="end" fill="#222">{escape(shown)}</text>')
             parts.append(f'<rect x="{NAMES}" y="{y + 3}" width="{width:.1f}" height="16" fill="{colour[name]}"/>')
