@@ -21,15 +21,16 @@ extensions = [
     "docs.pages.breaks",
     "docs.pages.docstrings",
     "docs.pages.maths",
+    "docs.pages.size",
     "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
 ]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "results/tables"]
 
 # Pages are Markdown; the tour is a notebook, which the build runs.
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["dollarmath", "html_image"]
 myst_heading_anchors = 4
 html_math_renderer = "pictures"
 nb_execution_mode = "force"
@@ -48,20 +49,14 @@ napoleon_use_rtype = False
 napoleon_use_ivar = True
 napoleon_attr_annotations = False  # the signature of a class has the types
 
-# No inventory of other projects is fetched, so only names of our own can be held to account, type variables aside.
-nitpicky = True
-nitpick_ignore_regex = [
-    (r"py:.*", r"(?!pnt_gym\.|agents\.).*"),
-    (r"py:.*", r".*\.[A-Z]\w*T"),
-    (r"py:class", r".*\.check_\w+"),  # a function in the annotation of a field that it checks
-]
-
 html_theme = "furo"
 pygments_dark_style = "github-dark"
 html_title = f"pnt_gym {version}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
+html_use_index = False  # the search finds names
+html_domain_indices = False
 html_show_sourcelink = False
 html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#0b5cad", "color-brand-content": "#0b5cad"},

@@ -132,8 +132,8 @@ def who_took_what() -> None:
 
 
 def plans_of_the_plant() -> None:
-    """Plans of the plant on the page of levels, at two limits of its robots."""
-    text = re.search(r'^```yaml title="plant.yaml"\n(.*?)^```$', (ROOT / "docs" / "levels.md").read_text(), re.M | re.S)
+    """Plans of the plant on the page on plans, at two limits of its robots."""
+    text = re.search(r'^```yaml title="plant.yaml"\n(.*?)^```$', (ROOT / "docs" / "plan.md").read_text(), re.M | re.S)
     assert text is not None
     with TemporaryDirectory() as folder:
         level, drawing = Path(folder) / "plant.yaml", Path(folder) / "plans.svg"

@@ -77,6 +77,12 @@ def dress(
         axes.legend(fontsize=8, loc=legend)
 
 
+def say_start(axes: Axes) -> None:
+    """Say at the vertical axis where it begins, if that is above zero; a logarithmic one says that it is."""
+    if axes.get_yscale() == "linear" and (start := axes.get_ylim()[0]) > 0.0:
+        axes.set_ylabel(f"{axes.get_ylabel()} (axis from {start:.3g})")
+
+
 def frames_figure(frames: Sequence[tuple[str, NDArray[np.uint8]]]) -> Figure:
     """A figure of equal pictures (height, width, 3) in rows of two, each with its title."""
     high, wide = frames[0][1].shape[:2]

@@ -21,6 +21,7 @@ from ..results import content, study
 from . import contents, page, pictures, room, submissions, templates
 from .blocks import makers_from, rewrite
 from .figures import KINDS, USUAL
+from .openings import small_picture
 from .page import Chapter, sections
 from .pays import crossover_grid, curves_figures, improvement_grid, mismatch_figures
 from .questions import DRAWINGS, QUESTIONS
@@ -60,6 +61,8 @@ def main(arguments: Arguments) -> None:
         # The drawings that belong to questions and to no chapter, by file name.
         drawn: dict[str, str] = {}
         for question in QUESTIONS:
+            if (opening := question.opening(results)) is not None:
+                drawn[small_picture(question.name)] = opening.drawing()
             draw = DRAWINGS.get(question.name)
             contents = None if draw is None else question.read(results)
             if draw is None or contents is None:

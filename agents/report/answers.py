@@ -10,6 +10,7 @@ import numpy as np
 from ..controllers.named import CHEATS
 from ..dispatchers.settings import PLANNERS
 from ..ground import metrics
+from ..ground.looks import look
 from ..judging.throw_record import ThrowRecord
 from ..reproduce.record import verdicts
 from ..results.study import shipped_study
@@ -368,10 +369,16 @@ def _losses(row: Data) -> str:
     return ", ".join(f"{share:.1f} % {name}" for name, share in ordered)
 
 
+def _named(label: str) -> str:
+    """The identifier of a controller, with the name that a reader knows in brackets."""
+    own = look(label)
+    return f"`{label}` ({own.name})" if own is not None and own.name else f"`{label}`"
+
+
 WORDS: Final[Mapping[str, Callable[[Data], str]]] = {
     "pace": lambda row: number(_pace(row)),
     "error": lambda row: mm(_error(row)),
-    "after": lambda row: f"`{row['label']}` after {row['throws']:,} throws",
+    "after": lambda row: f"{_named(row['label'])} after {row['throws']:,} throws",
     "name": name_of,
     "losses": _losses,
 }

@@ -14,10 +14,10 @@ from pnt_gym.reading import text_of
 from ..ground.cli import UsageError
 from ..ground.files import MOST_RESULTS, check_form
 from ..ground.outputs import deliver_text
-from ..ground.tables import Grid, markdown_text
+from ..ground.tables import Grid, html_text, markdown_text
 from ..results import study
 from ..results.study import STUDIES
-from . import contents, headline, line, speeds, submissions, tables, templates
+from . import contents, headline, leaderboard, line, speeds, submissions, tables, templates
 from .line import gains_table, seeds_table
 from .page import table as reproduced_table
 from .page import tables_line
@@ -47,6 +47,8 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
 }
 """Tables in documents by name: the file of results, and what makes the table; plans of studies name further ones, and
 those of papers are "paper/table"."""
+LONGEST: Final = 12
+"""Rows of a table that a document shows at once; a longer one is folded."""
 Maker: TypeAlias = Callable[[str], str]
 """Returns the text of a block from the words after its kind."""
 _BLOCK: Final = re.compile(r"<!-- (\w+): ?([^\n]*?) ?-->\n(.*?)<!-- /\1 -->", re.DOTALL)
@@ -85,6 +87,7 @@ def makers_from(results: Path) -> dict[str, Maker]:
         "table": lambda name: _text(name, results),
         "question": lambda name: _question_text(name, results),
         "answer": lambda name: _answer_text(name, results),
+        "short": lambda name: _short_text(name, results),
     }
 
 
@@ -103,14 +106,17 @@ def rewrite(document: Path, makers: Mapping[str, Maker]) -> bool:
 
 
 def _question_text(name: str, results: Path) -> str:
-    """What a page of results begins with: title, picture, answer, the command behind the numbers, links to tables."""
+    """What a page of results begins with: title, five numbers, picture, the command behind them, links to tables."""
     question, answer = _answered_question(name, results)
+    opening = question.opening(results)
     picture = f"![{question.title}](figures/{question.picture})"
     # Files of results with one page of tables; the papers of a reproduction have a page each.
     pages = {page for page in question.chapters if (results / "tables" / f"{page}.md").is_file()}
-    tables = tables_line({page: title for page, title in question.chapters.items() if page in pages})
-    numbers = f"{answer} `{question.command}` makes these numbers."
-    lines = [f"# {question.title}", picture, numbers, question.older(results), tables]
+    links = tables_line({page: title for page, title in question.chapters.items() if page in pages})
+    tables = f"<details><summary>Every table</summary>\n\n{links}\n\n</details>" if links else ""
+    numbers = answer if opening is None else opening.list()
+    made = f"`{question.command}` makes these numbers."
+    lines = [f"# {question.title}", numbers, picture, made, question.older(results), tables]
     return "\n\n".join(line for line in lines if line)
 
 
@@ -118,6 +124,13 @@ def _answer_text(name: str, results: Path) -> str:
     """The answer to a question, and from which world it is where that is an older one."""
     question, answer = _answered_question(name, results)
     return " ".join(line for line in (answer, question.older(results)) if line)
+
+
+def _short_text(name: str, results: Path) -> str:
+    """The answer in a sentence, and from which world it is where that is an older one."""
+    question, answer = _answered_question(name, results)
+    opening = question.opening(results)
+    return " ".join(line for line in (answer if opening is None else opening.short, question.older(results)) if line)
 
 
 def _answered_question(name: str, results: Path) -> tuple[Question, str]:
@@ -134,14 +147,21 @@ def _answered_question(name: str, results: Path) -> tuple[Question, str]:
 
 
 def _text(name: str, results: Path) -> str:
+    """A table with its note; a long one is folded, as code hosts and the site unfold it."""
     grid = _table(name, results)
     note = f"\n\n{markdown_text(grid.note)}" if grid.note else ""
-    return f"{grid.markdown()}{note}"
+    if len(grid.rows) <= LONGEST:
+        return f"{grid.markdown()}{note}"
+    title = html_text(grid.headline or ", ".join(grid.header[:3]))
+    summary = f"<details><summary>{title}: {len(grid.rows)} rows</summary>"
+    return f"{summary}\n\n{grid.markdown()}{note}\n\n</details>"
 
 
 def _table(name: str, results: Path) -> Grid:
     if name == SUBMISSIONS:
         return submissions.grid(results)
+    if name.startswith(leaderboard.PREFIX) and name.removeprefix(leaderboard.PREFIX) in leaderboard.BOARDS:
+        return leaderboard.grid(results, name.removeprefix(leaderboard.PREFIX))
     tables = {**BLOCKS, **study_blocks()}
     if name in tables:
         file, make_table = tables[name]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import cycle
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg, tile_panels
+from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, say_start, subplots, svg, tile_panels
+from ..ground.looks import colours, said
 from ..ground.metrics import Interval
 from ..ground.tables import Grid
 from ..judging import figures as judged
@@ -52,7 +52,7 @@ ERROR_TICKS = (2, 5, 10, 20, 50, 100)
 ERROR: Final = Measure(
     ("landing_error_mean_m", "landing_error_low_m", "landing_error_high_m"),
     1000.0,
-    "landing error, mean [mm]",
+    "landing error [mm], logarithmic",
     "throws learned from",
     ticks=ERROR_TICKS,
     counts=THROW_TICKS,
@@ -96,7 +96,7 @@ def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
 
 def bars(data: Mapping[str, Any]) -> Figure:
     """Landing error of every controller, a panel for each level, one below another, with 95 % intervals."""
-    levels, colour = data["plan"]["levels"], dict(zip(labels(data), cycle(COLOURS), strict=False))
+    levels, colour = data["plan"]["levels"], colours(labels(data))
     row_count = max(len(rows_of(data, [level])) for level in levels)
     figure, panels = subplots(len(levels), 1, (WIDTH, (0.24 * row_count + 0.9) * len(levels)))
     for axes, level in zip(panels, levels, strict=True):
@@ -118,7 +118,7 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
     figure, panels = tile_panels(len(levels), 2, (WIDTH / 2 if len(levels) > 1 else WIDTH, 3.2))
     greatest_count = max([row["throws"] for row in data["table"] if not row["label"].startswith("floor")] or [0])
     for axes, level in zip(panels, levels, strict=True):
-        for label, colour in dict(zip(labels(data), cycle(COLOURS), strict=False)).items():
+        for label, colour in colours(labels(data)).items():
             rows = [row for row in rows_of(data, [level]) if row["label"] == label]
             if rows and rows[0]["controller"] != measure.hidden:
                 _draw(axes, rows, label, colour, measure)
@@ -133,6 +133,7 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
             axes.set_xticks(counts, [f"{count / 1e6:g} M" if count >= 10**6 else f"{count:,}" for count in counts])
         axes.minorticks_off()
         axes.grid(alpha=0.3)
+        say_start(axes)
     _name_once(figure, panels)
     return figure
 
@@ -141,18 +142,18 @@ def over_the_shift(data: Mapping[str, Any]) -> Figure:
     """Mean landing error pick by pick, one panel per level, of those that are `ADAPTING`."""
     levels = list(dict.fromkeys(row["level"] for row in data["table"]))
     figure, panels = tile_panels(len(levels), 2, (WIDTH / 2, 2.8) if len(levels) > 1 else (WIDTH, 3.8))
-    colours = dict(zip(ADAPTING, cycle(COLOURS), strict=False))
+    colour = colours(ADAPTING)
     for axes, level in zip(panels, levels, strict=True):
         for row in rows_of(data, [level]):
-            if row["controller"] in colours:
+            if row["controller"] in colour:
                 error = 1000 * np.array(row["landing_error_by_pick_m"])
                 width = min(SMOOTHED, len(error))
                 smooth = np.convolve(error, np.full(width, 1.0 / width), mode="valid")
                 picks = np.arange(len(smooth)) + (width + 1) / 2
-                axes.plot(picks, smooth, color=colours[row["controller"]], label=row["controller"])
+                axes.plot(picks, smooth, color=colour[row["controller"]], label=said(row["controller"]))
         dress(axes, "pick of the shift", "landing error, mean [mm]", f"level {level}")
         axes.set_ylim(bottom=0.0)
-    _name_once(figure, panels)
+    _name_once(figure, panels, 2)
     return figure
 
 
@@ -172,10 +173,10 @@ def landing_clouds(chosen: Sequence[Mapping[str, Any]]) -> Figure:
     return figure
 
 
-def _name_once(figure: Figure, panels: Sequence[Axes]) -> None:
+def _name_once(figure: Figure, panels: Sequence[Axes], beside: int = NAMED_BESIDE) -> None:
     """One legend for all panels: not every controller is in every one."""
     shown = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    figure.legend(shown.values(), shown.keys(), fontsize=8, loc="outside lower center", ncols=NAMED_BESIDE)
+    figure.legend(shown.values(), shown.keys(), fontsize=8, loc="outside lower center", ncols=beside)
 
 
 def _draw(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str, measure: Measure) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
-from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
+from ..ground.drawings import WIDTH, Figure, dress, say_start, subplots
+from ..ground.looks import colours, said
 from ..ground.metrics import wilson
 from ..ground.tables import Grid, millimetres, percent
 from . import tables
@@ -44,7 +45,15 @@ SHOWN: Final = (
 """Rows of the short table; one that the results do not have is left out."""
 LEARNERS: Final = ("virtual_goal", "ridge", "mlp", "sac", FITTED)
 """Controllers whose curves are drawn."""
-LEVELS: Final = ("analytic", "floor", "oracle")
+FROM: Final = 40.0
+"""Where the pace of the figure begins: from zero, all learners would be one line."""
+LINES: Final = {
+    "analytic": "the planner, without learning",
+    "floor": "a large network after very many throws",
+    "oracle": "simulates each throw first",
+}
+"""What is said of lines."""
+LEVELS: Final = tuple(LINES)
 """Controllers that are drawn as levels: where learning begins, a large network after very many throws, an oracle that
 aims."""
 
@@ -92,13 +101,18 @@ def figure(data: Data) -> Figure:
     """Sorted picks per minute over the throws learned from, on the first level of the plan."""
     level, rows = first_level(data)
     figure, (axes,) = subplots(1, 1, (WIDTH, 3.8))
-    for label, colour in zip(LEARNERS, COLOURS, strict=False):
+    colour = colours((*LEARNERS, *LEVELS))
+    for label in LEARNERS:
         points = sorted((row["throws"], row["sorted_per_min"]) for row in rows if row["label"] == label)
-        axes.plot(*zip(*points, strict=True), marker="o", color=colour, label=label) if points else None
+        axes.plot(*zip(*points, strict=True), "o-", color=colour[label], label=said(label)) if points else None
     for label, style in zip(LEVELS, ("-", ":", "--"), strict=True):
         for row in (row for row in rows if row["label"] == label):
-            axes.axhline(row["sorted_per_min"], color="black", linestyle=style, linewidth=1.0, label=label)
-    dress(axes, "throws learned from", "sorted picks per minute", f"level {level}", legend="center right")
+            text = f"{label}: {LINES[label]}"
+            axes.axhline(row["sorted_per_min"], color=colour[label], linestyle=style, linewidth=1.2, label=text)
+    dress(axes, "throws learned from", "sorted picks per minute", f"level {level}")
+    figure.legend(fontsize=8, loc="outside lower center", ncols=2)
+    axes.set_ylim(bottom=FROM)
+    say_start(axes)
     axes.set_xscale("log")
     return figure
 

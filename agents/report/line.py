@@ -11,7 +11,8 @@ from pnt_gym.arrays import Floats
 
 from ..dispatchers.settings import PLANNERS
 from ..ground import metrics
-from ..ground.drawings import COLOURS, Figure, dress, tile_panels
+from ..ground.drawings import Figure, dress, tile_panels
+from ..ground.looks import colours
 from ..ground.tables import Grid, percent
 from ..judging.shift_record import ShiftRecord
 from . import tables
@@ -146,10 +147,11 @@ def gains_figure(data: Data) -> Figure:
     figure, panels = tile_panels(len(levels), 2, (3.4, 0.2 * len(names) + 0.8), sharey=True)
     for axes, level in zip(panels, levels, strict=True):
         base = best(rows_of(data, [level]), (FIRST,)) or rows_of(data, [level])[0]
+        colour = colours(row["label"] for row in shown)
         for row in (row for row in shown if row["level"] == level):
             at, interval = names.index(name_of(row)), _interval(value(row), value(base))
             ends = [[interval.value - interval.low], [interval.high - interval.value]]
-            axes.errorbar(interval.value, at, xerr=ends, marker="o", color=COLOURS[at % len(COLOURS)])
+            axes.errorbar(interval.value, at, xerr=ends, marker="o", color=colour[row["label"]])
         axes.axvline(0.0, color="black", linewidth=0.8)
         dress(axes, f"over {base['label']} [%]", "", level)
     panels[0].set_yticks(range(len(names)), labels=names)

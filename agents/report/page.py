@@ -17,6 +17,7 @@ from ..ground.files import MOST_RESULTS, check_form, read_yaml
 from ..ground.tables import Grid, html_text, markdown_text
 from ..reproduce.record import Record, all_grids, overview_grids, verdicts
 from . import contents
+from .openings import Opening, small_picture
 from .questions import QUESTIONS, Question
 
 TEMPLATE = Path(__file__).with_name("page.html")
@@ -24,6 +25,10 @@ OPENING = (
     "The analytic planner is the baseline. Learning controllers correct its release and are judged on throws that no "
     "training used. Differences between controllers have 95 % intervals from throws that are paired by seed. Commands "
     "of the repository made every number on these pages from seeded simulations."
+)
+BOARDS = (
+    "**[Leaderboard](../docs/leaderboard.md)**: who sorts most at the conveyor, in cells that nobody measured, along a "
+    "line and with a picture; yours goes there with three commands."
 )
 CAPTIONS: Final = read_yaml(Path(__file__).with_name("captions.yaml"), "captions")
 """Words for drawings, by the kind of what they belong to and the name of the file."""
@@ -72,6 +77,7 @@ class Section:
         picture: file of a drawing; empty for none.
         page: name of the question's own page; empty where the folder has none.
         command: what makes the numbers; empty for no question.
+        opening: a sentence, five numbers and a small picture; None where there is no page to open.
     """
 
     title: str
@@ -80,6 +86,7 @@ class Section:
     picture: str = ""
     page: str = ""
     command: str = ""
+    opening: Opening | None = None
 
 
 def sections(chapters: Sequence[Chapter], results: Path) -> list[Section]:
@@ -100,7 +107,8 @@ def _section(question: Question, answer: str, chapters: Sequence[Chapter], resul
         if chapter.source == name
     ]
     page = page if (results / page).is_file() else ""
-    return Section(question.title, tables, answer, question.picture, page, question.command)
+    opening = question.opening(results) if page else None
+    return Section(question.title, tables, answer, question.picture, page, question.command, opening)
 
 
 def html(parts: Sequence[Section]) -> str:
@@ -115,7 +123,7 @@ def html(parts: Sequence[Section]) -> str:
 
 
 def index(parts: Sequence[Section], further: Grid | None = None) -> str:
-    """The index as Markdown: each question with its answer, and links to tables where the question has no page.
+    """The index as Markdown: a table of questions with small pictures, and tables of what has no page.
 
     Args:
         parts: the sections.
@@ -124,15 +132,24 @@ def index(parts: Sequence[Section], further: Grid | None = None) -> str:
     lines = ["# Results", "", OPENING, ""]
     older = contents.older(min((chapter.world for section in parts for chapter in section.chapters), default=WORLD))
     lines += [older, ""] if older else []
-    for section in parts:
-        title = markdown_text(section.title)
-        lines += [f"## [{title}]({section.page})" if section.page else f"## {title}", ""]
+    opened = [section for section in parts if section.opening is not None]
+    lines += [BOARDS, "", "|  |  |", "| --- | --- |", *map(_question_line, opened), ""] if opened else []
+    for section in (section for section in parts if section.opening is None):
+        lines += [f"## {markdown_text(section.title)}", ""]
         lines += [section.answer, ""] if section.answer else []
         links = tables_line({chapter.name: chapter.title for chapter in section.chapters})
-        lines += [links, ""] if links and not section.page else []
+        lines += [links, ""] if links else []
     if further is not None and further.rows:
         lines += [f"## {markdown_text(further.headline)}", "", further.markdown(), "", markdown_text(further.note), ""]
     return "\n".join([*lines, "`python -m agents.report` writes these pages from the JSON files beside them.", ""])
+
+
+def _question_line(section: Section) -> str:
+    """A row of the table of questions: a small picture; the question, which leads to its page, and a sentence."""
+    assert section.opening is not None
+    picture = f"![{section.opening.unit}](figures/{small_picture(Path(section.page).stem)})"
+    short = section.opening.short.replace("|", "\\|")
+    return f"| {picture} | **[{markdown_text(section.title)}]({section.page})**<br>{short} |"
 
 
 def tables_line(titles: Mapping[str, str]) -> str:

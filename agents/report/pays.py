@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg
+from ..ground.looks import colours
 from ..ground.tables import Grid
 from . import profiles
 from .templates import NoFigure
@@ -46,21 +47,24 @@ def curves_figures(data: Data) -> dict[str, str]:
     figure, (error, pace) = subplots(2, 1, (WIDTH, 8.6), sharex=True)
     first = list(_curves(data, "sorted_per_min"))[:DISTINCT]
     for axes, name, factor in ((error, "landing_error_mean_m", 1000.0), (pace, "sorted_per_min", 1.0)):
-        for colour, (label, points) in zip(COLOURS, _curves(data, name).items(), strict=False):
+        curves = _curves(data, name)
+        colour = colours(curves)
+        for label, points in curves.items():
             throws = sorted(points)
             values = [factor * np.array(points[count]) for count in throws]
             means, style = [v.mean() for v in values], "-" if label in first else "--"
-            axes.plot(throws, means, style, marker="o", markersize=3, color=colour, label=label)
-            axes.fill_between(throws, [v.min() for v in values], [v.max() for v in values], color=colour, alpha=0.1)
+            axes.plot(throws, means, style, marker="o", markersize=3, color=colour[label], label=label)
+            low, high = ([end(v) for v in values] for end in (np.min, np.max))
+            axes.fill_between(throws, low, high, color=colour[label], alpha=0.1)
         fixed = [row for row in data["rows"] if row["part"] == FIXED]
         for dash, row in zip(STYLES, fixed, strict=False):
             axes.axhline(factor * row[name], color="black", linestyle=dash, linewidth=1.0, label=row["controller"])
         axes.set_xscale("log")
-    dress(error, "", "landing error [mm]")
+    dress(error, "", "landing error [mm], logarithmic")
     error.set_yscale("log")
     error.set_yticks(ERROR_TICKS, [str(tick) for tick in ERROR_TICKS])
     error.minorticks_off()
-    dress(pace, "throws learned from", "sorted per minute")
+    dress(pace, "throws learned from", "sorted per minute", ylim=(0, None))
     figure.legend(*pace.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
     return {"curves.svg": svg(figure), "curves_profiles.svg": svg(profiles_figure(data))}
 
@@ -146,9 +150,10 @@ def profiles_figure(data: Data) -> Figure:
     """Share of the runs below each landing error, after the most throws that all learners have."""
     last, scores = _scores(data)
     figure, (axes,) = subplots(1, 1, (WIDTH, 4.4))
-    for k, (colour, (label, errors)) in enumerate(zip(COLOURS, scores.items(), strict=False)):
+    colour = colours(scores)
+    for k, (label, errors) in enumerate(scores.items()):
         below, style = profiles.profile(errors, BOUNDS.tolist()), "-" if k < DISTINCT else "--"
-        axes.step(1000.0 * BOUNDS, below, style, color=colour, label=label)
+        axes.step(1000.0 * BOUNDS, below, style, color=colour[label], label=label)
     dress(axes, "landing error [mm]", "share of runs below", f"after {last:,} throws")
     figure.legend(fontsize=8, loc="outside lower center", ncols=4)
     return figure

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg, tile_panels
+from ..ground.looks import colours, said
 from ..reproduce.record import AGREES
 from ..results.study import shipped_study
 from . import headline
@@ -37,7 +38,8 @@ def losses(results: Results) -> Figure:
     rows = [row for _, row in shown]
     shares = {"sorted": "share_sorted", **{text: name for name, text in LOSSES.items()}}
     bars = {text: [100.0 * (row.get(name) or 0.0) for row in rows] for text, name in shares.items()}
-    return _stacked([name_of(row) for row in rows], bars, "share of all picks [%]", f"level {level}")
+    names = [said(name_of(row)) for row in rows]
+    return _stacked(names, bars, "share of all picks [%]", f"level {level}")
 
 
 def reality(results: Results) -> Figure:
@@ -88,7 +90,7 @@ def flight(results: Results) -> Figure:
     dress(lengths, "95 % land within [mm]", "")
     for name, marker, colour in (("full", "o", COLOURS[0]), ("flight", "x", COLOURS[1])):
         success.plot([100 * row[f"success_{name}"] for row in rows], places, marker, color=colour, label=name)
-    dress(success, "success [%]", "", legend="best")
+    dress(success, "success [%]", "", legend="best", xlim=(0, 102))
     lengths.set_yticks(places, labels=[row["level"] for row in rows])
     lengths.invert_yaxis()
     return figure
@@ -98,7 +100,7 @@ def grasp(results: Results) -> Figure:
     """Sorted objects per minute by the place of the cup, on seen and on unseen kinds."""
     data = results["benchmark_grasp"]
     rows = [row for row in data["table"] if not any(word in row["label"] for word in VARIANTS)]
-    names = list(dict.fromkeys(name_of(row) for row in rows))
+    names = list(dict.fromkeys(said(name_of(row)) for row in rows))
     levels = data["plan"]["levels"]
     pace = {level: [row["sorted_per_min"] for row in rows if row["level"] == level] for level in levels}
     return _side_by_side(names, pace, "sorted per minute")
@@ -126,7 +128,7 @@ def cup(results: Results) -> Figure:
         for level, colour in zip(dict.fromkeys(row["level"] for row in rows), COLOURS, strict=False):
             values = {str(row["safety"] or "none"): scale * row[name] for row in rows if row["level"] == level}
             axes.plot(list(values), list(values.values()), "o-", color=colour, label=level)
-        dress(axes, "", text)
+        dress(axes, "", text, ylim=(0, None))
     panels[0].legend(fontsize=8, loc="best")
     panels[1].set_xlabel("safety of the grip: times the measured load that the cup must hold")
     return figure
@@ -155,6 +157,7 @@ def speed(results: Results) -> Figure:
     dress(axes, f"throws or decisions per second on {threads} threads", "")
     figure.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
     axes.set_xscale("log")
+    axes.set_xlabel(f"{axes.get_xlabel()}, logarithmic")
     axes.set_yticks(places, labels=[name for name, _ in rows])
     axes.invert_yaxis()
     return figure
@@ -164,8 +167,9 @@ def _side_by_side(names: list[str], bars: Mapping[str, list[float]], across: str
     """Horizontal bars, a group for each name, with one bar for each kind."""
     figure, (axes,) = subplots(1, 1, (WIDTH, 0.55 * len(names) + 1.2))
     height = 0.8 / len(bars)
-    for k, ((kind, widths), colour) in enumerate(zip(bars.items(), COLOURS, strict=False)):
-        axes.barh(np.arange(len(names)) + k * height, widths, height, color=colour, label=kind)
+    colour = colours(bars)
+    for k, (kind, widths) in enumerate(bars.items()):
+        axes.barh(np.arange(len(names)) + k * height, widths, height, color=colour[kind], label=kind)
     dress(axes, across, "")
     axes.set_yticks(np.arange(len(names)) + 0.4 - height / 2, labels=names)
     figure.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
@@ -202,9 +206,10 @@ def figure(data: Data) -> Figure:
         name = next(name for name in ACROSS if name in rows[0])
         # A line for each method, with gaps where it cannot be used.
         methods = shipped_study("methods").names[METHOD]
-        for (method, label), colour in zip(methods.items(), COLOURS, strict=False):
+        colour = colours(methods)
+        for method, label in methods.items():
             points = [(row[name], row.get("sorted_per_min", float("nan"))) for row in rows if row[METHOD] == method]
-            panel.plot(*zip(*points, strict=True), marker="o", markersize=4, color=colour, label=label)
+            panel.plot(*zip(*points, strict=True), marker="o", markersize=4, color=colour[method], label=label)
         dress(panel, ACROSS[name], "sorted per minute" if panel in axes[::IN_A_ROW] else "", title)
     axes[0].set_ylim(bottom=0.0)
     figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
 
-from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
+from ..ground.drawings import WIDTH, Figure, dress, subplots
+from ..ground.looks import colours
 from ..ground.metrics import Interval
 from ..ground.tables import Grid
 from ..judging.throws import kept_rows
@@ -104,10 +105,11 @@ def profiles_figure(data: Data) -> Figure:
     for axes, (scores, factor, text) in zip(panels, shown, strict=True):
         every = np.concatenate([runs.ravel() for runs in scores.values()])
         bounds = np.linspace(0.95 * every.min(), 1.05 * every.max(), POINTS)
-        for colour, (name, runs) in zip(COLOURS, scores.items(), strict=False):
-            axes.plot(factor * bounds, 100.0 * profile(runs, bounds), color=colour, label=name)
+        colour = colours(scores)
+        for name, runs in scores.items():
+            axes.plot(factor * bounds, 100.0 * profile(runs, bounds), color=colour[name], label=name)
             low, high = profile_band(runs, bounds)
-            axes.fill_between(factor * bounds, 100.0 * low, 100.0 * high, color=colour, alpha=0.2)
+            axes.fill_between(factor * bounds, 100.0 * low, 100.0 * high, color=colour[name], alpha=0.2)
         dress(axes, text, "runs below [%]")
     names = panels[0].get_legend_handles_labels()
     figure.legend(*names, fontsize=8, loc="outside lower center", ncols=3)

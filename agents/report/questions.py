@@ -12,6 +12,7 @@ from ..ground.drawings import Figure
 from ..ground.files import check_form, read_yaml
 from ..ground.versions import world_of
 from . import answers, contents, pays, pictures, templates
+from .openings import OPENINGS, Opening
 from .templates import NoFigure
 
 Results = Mapping[str, Any]
@@ -100,9 +101,23 @@ class Question(NamedTuple):
         """
         with check_form(folder / f"{self.sources[0]}.json"):
             try:
-                return templates.fill(self.answer, {**answers.WORDS, **VALUES[self.name](results)})
+                return templates.fill(self.answer, self._values(results))
             except NoFigure:
                 return None
+
+    def opening(self, folder: Path) -> Opening | None:
+        """What the question's page opens with; None where a source is missing, or of another plan."""
+        results = self.read(folder)
+        if results is None:
+            return None
+        with check_form(folder / f"{self.sources[0]}.json"):
+            try:
+                return OPENINGS[self.name].filled(self._values(results))
+            except NoFigure:
+                return None
+
+    def _values(self, results: Results) -> Mapping[str, Any]:
+        return {**answers.WORDS, **VALUES[self.name](results)}
 
 
 def _read() -> tuple[Question, ...]:

@@ -58,6 +58,8 @@ def grid(results: Path) -> Grid:
         ours = [[level, *_line(row, PROJECT, benchmark, references[level])] for level, row in shown]
     for file in files:
         submission = compare.read(file).data
+        if submission["plan"]["env"] != benchmark["plan"]["env"]:
+            continue
         world, known = world_of(submission), world_of(benchmark)
         if world != known:
             raise UsageError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import re
 from functools import cache
 from typing import Any, Final
 
@@ -35,6 +36,8 @@ CAPTIONS: Final = {
     "PnTGrasp-v0": "see, grasp, throw",
 }
 """Words under the pictures of the gallery."""
+SHORT: Final = 200
+"""Length of a section that is repeated rather than linked [characters]."""
 COLUMNS: Final = 3
 """Number of columns of the gallery."""
 
@@ -94,10 +97,31 @@ def page(env_id: str) -> str:
         ("One cell", f'`gymnasium.make("{env_id}")`'),
         ("Many", f'`gymnasium.make_vec("{env_id}", num_envs=64)`'),
     ]
-    first, manual = _manual(env_id).split("\n", 1)
+    first = summary(env_id)
     caption = "a line at work, every throw simulated" if env_id in TIMED else "throws of a controller that has learned"
     picture = f"![{env_id}: {caption}](../pictures/{env_id}.webp)"
-    return "\n\n".join([f"# {env_id}", first, picture, table(("", ""), facts), manual.strip()])
+    return "\n\n".join([f"# {env_id}", first, picture, table(("", ""), facts), _sections(env_id)])
+
+
+def _sections(env_id: str) -> str:
+    """The sections of a manual; what the manual of an earlier environment says word by word is a link to it."""
+    earlier = pnt_gym.ENV_IDS[: pnt_gym.ENV_IDS.index(env_id)]
+    parts = _by_title(env_id)
+    shown = [parts[""]]
+    for title, text in ((title, text) for title, text in parts.items() if title):
+        said = ((other, _by_title(other).get(title, "")) for other in earlier)
+        other, known = next(((i, t) for i, t in said if len(t) > SHORT and text.startswith(t)), ("", ""))
+        link = f"As in [{other}]({other}.md#{title.lower().replace(' ', '-')})." if other else ""
+        shown.append("\n\n".join(part for part in (f"## {title}", link, text.removeprefix(known).strip()) if part))
+    return "\n\n".join(part for part in shown if part)
+
+
+@cache
+def _by_title(env_id: str) -> dict[str, str]:
+    """The sections of a manual by their titles; what stands before them has none."""
+    before, *sections = re.split(r"^## ", _manual(env_id).partition("\n")[2], flags=re.MULTILINE)
+    titled = (section.split("\n", 1) for section in sections)
+    return {"": before.strip(), **{title: text.strip() for title, text in titled}}
 
 
 def environment_table(folder: str) -> str:

@@ -13,8 +13,9 @@ from pnt_gym.cells.base.catalogue import (
     TYPICAL,
 )
 from pnt_gym.cells.base.items import SHAPES, Item
+from pnt_gym.cells.base.zones import Zone
 
-from .levels import item_default
+from .levels import item_default, settings
 from .marks import attributes, table
 
 SETS = {"paper": PAPER_ITEMS, "seen": SEEN_ITEMS, "unseen": HELD_OUT_ITEMS, "light": LIGHT_ITEMS, "claws": CLAW_ITEMS}
@@ -39,7 +40,8 @@ def shape_table(_: str) -> str:
 
 
 def key_table(_: str) -> str:
-    """A table of the keys of an item."""
+    """A table of the keys of an item, and of its zones."""
     rows = [(f"`{name}`", item_default(name), meaning) for name, meaning in attributes(Item).items()]
+    rows += [(f"`{key}`", *facts) for key, *facts in settings(Zone, "zones[].")]
     like = ("`like`", "-", "item of the catalogue from which all keys that the entry does not give are taken.")
     return table(("key", "default or *required*", "meaning"), [*rows, like])

@@ -11,64 +11,48 @@ from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
 from agents.ground.levels import FAMILIES
+from agents.ground.places import SHIPPED
 from pnt_gym.cells.base.catalogue import BY_SHAPE
 from pnt_gym.cells.base.config import ROOT, LevelConfig, Section
 from pnt_gym.cells.base.items import Item
 from pnt_gym.reading import yaml_text
 
-from .marks import attributes, fence, table
+from .marks import attributes, table
 
-TITLES: Final = {
-    "PnT": "conveyor",
-    "PnTLine": "line",
-    "OneJoint": "one-joint arm",
-    "GripperToss": "gripper robot",
-    "PnTGrasp": "cell that grasps",
-}
-"""Names of the families of `agents.levels` on these pages."""
+USUAL: Final = "PnT"
+"""The family whose settings other families need not repeat."""
 
 
-def _parts(family: str, name: str) -> tuple[str, str, str]:
-    """The comment at the beginning of a level's file, the name of its base, and the text after the comment."""
+def _comment_and_base(family: str, name: str) -> tuple[str, str]:
+    """The comment at the beginning of a level's file, and the name of its base."""
     text = FAMILIES[family].file_of(name).read_text(encoding="utf-8")
-    head = re.match(r"(?:#.*\n)*", text)
-    comment = head[0] if head else ""
+    comment = re.match(r"(?:#.*\n)*", text)
     base = "" if name == ROOT else str(yaml.safe_load(text).get("base", ROOT))
-    return " ".join(line.lstrip("# ") for line in comment.splitlines()), base, text.removeprefix(comment)
-
-
-def _anchor(family: str, name: str) -> str:
-    """Anchor of the heading of a level's file, as Sphinx and code hosts make anchors."""
-    return f"{name} of the {TITLES[family]}".replace(" ", "-")
+    return " ".join(line.lstrip("# ") for line in (comment[0] if comment else "").splitlines()), base
 
 
 def level_table(family: str) -> str:
-    """A table of a family's levels, the root of all first."""
+    """A table of a family's levels, the root of all first; each name leads to the level's file."""
     rows: list[tuple[str, str, str]] = []
     for name in sorted(FAMILIES[family].level_names(), key=lambda name: name != ROOT):
-        comment, base, _ = _parts(family, name)
-        rows.append((f"[`{name}`](#{_anchor(family, name)})", f"`{base}`" if base else "-", comment))
+        comment, base = _comment_and_base(family, name)
+        file = FAMILIES[family].file_of(name).relative_to(SHIPPED).as_posix()
+        rows.append((f"[`{name}`](../{file})", f"`{base}`" if base else "-", comment))
     return table(("level", "differs from", "what it is"), rows)
 
 
-def level_files(family: str) -> str:
-    """The text of every level's file."""
-    blocks: list[str] = []
-    for name in FAMILIES[family].level_names():
-        _, _, body = _parts(family, name)
-        blocks += [f"### `{name}` of the {TITLES[family]}", fence(body, "yaml")]
-    return "\n\n".join(blocks)
-
-
 def setting_table(family: str) -> str:
-    """Every setting of a family with its default, unit and reason, without those of its parent family."""
+    """Every setting of a family with its default, unit and reason, without those that the conveyor or a parent has."""
     kind = FAMILIES[family]
-    known = set() if kind.parent is None else {key for key, *_ in _settings(kind.parent, "")}
-    rows = [(f"`{key}`", *facts) for key, *facts in _settings(kind, "") if key not in known]
+    known = set() if kind.parent is None else {key for key, *_ in settings(kind.parent, "")}
+    usual = set() if family == USUAL else {*settings(FAMILIES[USUAL], "")}
+    own = (setting for setting in settings(kind, "") if setting[0] not in known and setting not in usual)
+    rows = [(f"`{key}`", *facts) for key, *facts in own]
     return table(("key", "default or *required*", "meaning"), rows)
 
 
-def _settings(section: type[Section], above: str) -> Iterator[tuple[str, str, str]]:
+def settings(section: type[Section], above: str) -> Iterator[tuple[str, str, str]]:
+    """Key, default and meaning of every setting of a section and below, without the keys of an item."""
     for name, field in section.model_fields.items():
         inner, is_many = _section(field.annotation)
         if inner is not None and issubclass(inner, LevelConfig):  # of another family, with settings of its own
@@ -76,14 +60,12 @@ def _settings(section: type[Section], above: str) -> Iterator[tuple[str, str, st
             continue
         if inner is None or is_many or not isinstance(field.default, inner):
             yield f"{above}{name}", _default(section, name, field), _meaning(section, name, field)
-        if inner is not None:
-            yield from _settings(inner, f"{above}{name}{'[]' * is_many}.")
+        if inner is not None and inner is not Item:  # whose keys have a table of their own
+            yield from settings(inner, f"{above}{name}{'[]' * is_many}.")
 
 
 def _default(section: type[Section], name: str, field: FieldInfo) -> str:
     """The default of a setting; what a level needs and does not give, the level `nominal` gives."""
-    if section is Item:
-        return item_default(name)
     return f"that of `{ROOT}`" if issubclass(section, LevelConfig) and field.is_required() else format_default(field)
 
 

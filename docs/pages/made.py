@@ -20,6 +20,7 @@ from agents.ground.places import SHIPPED as ROOT
 from agents.report.blocks import fill, makers_from, rewrite, unmark
 
 from . import cite, commands, controllers, environments, examples, fit, items, levels, papers, results, throw
+from .texts import link_texts, write_texts
 
 DOCS: Final = ROOT / "docs"
 RESULTS: Final = ROOT / "results"
@@ -41,10 +42,10 @@ MAKERS: Final[Mapping[str, Callable[[str], str]]] = {
     "items": items.item_table,
     "item-keys": items.key_table,
     "shapes": items.shape_table,
-    "level-files": levels.level_files,
     "settings": levels.setting_table,
     "throw": throw.stage_table,
     "parts": papers.part_table,
+    "drawings": papers.drawings,
     "verdicts": results.verdict_table,
 }
 """Functions that fill blocks, by the name of the block; each takes the argument of the block."""
@@ -97,30 +98,39 @@ def write_pages() -> list[Path]:
     return [*changed, *stale]
 
 
-def results_page(text: str, *, is_tables: bool) -> str:
+def results_files() -> list[Path]:
+    """The pages of results that are pages of the site; the tables beside them are texts."""
+    return sorted(RESULTS.glob("*.md"))
+
+
+def results_page(text: str) -> str:
     """A page of results as a page of the site: links lead to the site's pages, and drawings to their files."""
-    if is_tables:
-        return "---\norphan: true\n---\n" + text.replace("](../figures/", "](../../../results/figures/")
     return text.replace("](figures/", "](../../results/figures/").replace("](../docs/", "](../")
 
 
 def _copy_results(_app: Any) -> None:
     """Copy the pages of results into docs/results, which git ignores."""
-    for page in sorted(RESULTS.glob("**/*.md")):
-        place = page.relative_to(RESULTS)
-        if place.parts[0] != "policies":
-            text = results_page(page.read_text(encoding="utf-8"), is_tables=place.parts[0] == "tables")
-            deliver_text(DOCS / "results" / place, text)
+    for page in results_files():
+        text = link_texts(page.read_text(encoding="utf-8"), page)
+        deliver_text(DOCS / "results" / page.name, results_page(text))
 
 
 def _change_source(_app: Any, page: str, source: list[str]) -> None:
     """Make a page of the site of a page that Sphinx reads; copied pages of results are such pages already."""
     if not page.startswith("results/"):
-        source[0] = RESULTS_PAGE.sub(r"](\1\2", site_page(source[0]))
+        source[0] = RESULTS_PAGE.sub(r"](\1\2", link_texts(site_page(source[0]), DOCS / f"{page}.md"))
+
+
+def _write_texts(app: Any, exception: Exception | None) -> None:
+    """Write what the pages link to beside the pages."""
+    if exception is None:
+        pages = [*page_files(), *results_files()]
+        write_texts({page: page.read_text(encoding="utf-8") for page in pages}, Path(app.outdir))
 
 
 def setup(app: Any) -> dict[str, bool]:
     """Connect to Sphinx."""
     app.connect("builder-inited", _copy_results)
     app.connect("source-read", _change_source)
+    app.connect("build-finished", _write_texts)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

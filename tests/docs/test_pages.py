@@ -17,7 +17,20 @@ from agents.ground.levels import FAMILIES
 from agents.report import contents
 from agents.report.blocks import fill
 from agents.reproduce.papers import PAPERS, package
-from docs.pages import breaks, cite, commands, controllers, docstrings, environments, items, levels, made, papers
+from docs.pages import (
+    breaks,
+    cite,
+    commands,
+    controllers,
+    docstrings,
+    environments,
+    items,
+    levels,
+    made,
+    papers,
+    size,
+    texts,
+)
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -44,13 +57,12 @@ def names(text):
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_every_shipped_level_is_in_its_table_and_its_file_is_shown(family):
-    config, table, files = FAMILIES[family], levels.level_table(family), levels.level_files(family)
+def test_every_shipped_level_is_in_its_table_and_leads_to_its_file(family):
+    config, table = FAMILIES[family], levels.level_table(family)
     assert sorted(names(table)) == sorted(config.level_names())
-    headings = [
-        re.sub(r"[^\w\- ]", "", line[4:]).replace(" ", "-") for line in files.splitlines() if line[:4] == "### "
-    ]
-    assert sorted(re.findall(r"\(#(.*?)\)", table)) == sorted(headings)
+    files = [made.ROOT / "docs" / target for target in re.findall(r"\]\((.*?)\)", table.replace("(arXiv", ""))]
+    assert [file.stem for file in files] == names(table)
+    assert all(file.is_file() for file in files)
     assert "| `waste` |" in table or family != "PnT"  # what `tight` differs from
 
 
@@ -138,11 +150,36 @@ def test_a_bandit_is_what_no_action_changes(env_id):
 
 
 def test_pages_of_results_become_pages_of_the_site():
-    text = "![a](figures/cup.svg) [b](../docs/levels.md#c) [d](tables/cup.md)"
-    site = "![a](../../results/figures/cup.svg) [b](../levels.md#c) [d](tables/cup.md)"
-    assert made.results_page(text, is_tables=False) == site
-    tables = made.results_page("![a](../figures/b.svg)", is_tables=True)
-    assert tables == "---\norphan: true\n---\n![a](../../../results/figures/b.svg)"
+    text = "![a](figures/cup.svg) [b](../docs/levels.md#c) [d](grasp.md)"
+    site = "![a](../../results/figures/cup.svg) [b](../levels.md#c) [d](grasp.md)"
+    assert made.results_page(text) == site
+
+
+def test_links_to_other_files_lead_to_their_texts(tmp_path):
+    page, guide = made.RESULTS / "cup.md", DOCS / "papers" / "hassan.md"
+    text = "[a\nb](tables/cup.md#c) [d](grasp.md) [e](../docs/levels.md) ![f](tables/cup.md) [g](none.md)"
+    linked = text.replace("[a\nb](tables/cup.md#c)", '<a href="../files/results/tables/cup.md.txt">a\nb</a>')
+    assert texts.link_texts(text, page) == linked
+    assert 'href="../files/CHANGELOG.md.txt"' in texts.link_texts("[a](../../CHANGELOG.md)", guide)
+    texts.write_texts({page: text}, tmp_path)
+    (file,) = (file for file in tmp_path.rglob("*") if file.is_file())
+    assert file == tmp_path / "files/results/tables/cup.md.txt"
+    assert "rigid        " in file.read_text()
+    assert texts.aligned("| a | bb |\n| --- | ---: |\n| ccc | 1 |\n") == "a    bb\n---  --\nccc   1\n"
+
+
+def test_words_of_a_page_are_those_of_its_article(tmp_path):
+    page = "<nav>no word</nav><article><h1>Two words</h1><p>and <b>three</b> more</p></article><p>none</p>"
+    (tmp_path / "a.html").write_text(page)
+    assert size.page_words(tmp_path) == {"a.html": 5}
+
+
+def test_the_site_is_one_to_be_read():
+    """By its sources, without the reference, whose words are those of the code; the build counts everything."""
+    pages = [*made.page_files(), *made.results_files()]
+    words = sum(len(made.site_page(page.read_text(encoding="utf-8")).split()) for page in pages)
+    assert len(pages) + 2 <= size.MOST_PAGES  # the tour and the search
+    assert words <= size.MOST_WORDS
 
 
 def test_the_citation_is_that_of_the_file():
@@ -219,7 +256,7 @@ NUMBERS = (
 def counts(things):
     """Numbers in words before a thing, in the README and in all pages."""
     pages = [DOCS.parent / "README.md", *DOCS.glob("*.md"), *DOCS.parent.glob("results/*.md")]
-    text = " ".join(page.read_text(encoding="utf-8") for page in pages if page.stem != "changelog")
+    text = " ".join(page.read_text(encoding="utf-8") for page in pages)
     words = re.findall(rf"\b({'|'.join(NUMBERS)})\s+{things}", text, re.IGNORECASE)
     return {NUMBERS.index(word.lower()) for word in words}
 

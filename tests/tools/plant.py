@@ -1,4 +1,4 @@
-"""The level of a plant, as an engineer writes it from the page on levels alone; the page shows the same text."""
+"""The level of a plant, as an engineer writes it from the page on plans alone; the page shows the same text."""
 
 import re
 from typing import Any, Final
@@ -6,7 +6,7 @@ from typing import Any, Final
 from agents.ground.places import SHIPPED
 from pnt_gym.reading import parsed_yaml
 
-PAGE: Final = SHIPPED / "docs" / "levels.md"
+PAGE: Final = SHIPPED / "docs" / "plan.md"
 
 
 def plant_text() -> str:

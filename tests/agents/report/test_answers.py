@@ -102,7 +102,7 @@ CONTROLLERS = (("analytic", 0, 0.5), ("ridge", 30, 0.8), ("sac", 100, 0.95), ("o
 
 def test_the_answer_says_who_beats_the_planner_first_and_what_cannot_be_told_from_the_oracle(tmp_path):
     said = answer("learning", tmp_path, benchmark=benchmark_of(*CONTROLLERS))
-    assert "`ridge` after 30 throws already adds +18.0, 95 % interval +" in said
+    assert "`ridge` (ridge regression) after 30 throws already adds +18.0, 95 % interval +" in said
     assert "`sac` less the oracle is +0.0, 95 % interval +0.0 to +0.0, not distinguishable." in said
     weak = [(label, throws, 0.5) for label, throws, _ in CONTROLLERS]
     assert "No learner is sure to beat the planner." in answer("learning", tmp_path, benchmark=benchmark_of(*weak))
