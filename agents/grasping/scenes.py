@@ -57,6 +57,8 @@ class Tries(NamedTuple):
     held: Bools
     kept: Bools
     """Whether the object is held, and would stay under the cup at `PERCENT`, accelerated in the worst direction."""
+    vacuum: Floats
+    """Force of the vacuum by the gauge (N,) [N]."""
     allowed: Bools
     """Whether gauge and scales allow a throw at `PERCENT`, as the pace by the gauge does."""
 
@@ -134,18 +136,18 @@ class Scenes:
         force = seal_at(self.surfaces, self.objects, true[:, None]).force[:, 0]
         held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)), self.surface)
         kept = held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0)
-        return Tries(held, kept, self._allowed(force, places))
+        vacuum = self.objects.measured.seal * (force / self.objects.seal)
+        return Tries(held, kept, vacuum, self._allowed(vacuum, places))
 
     def worths_of_tries(self, rows: Ints, places: Floats) -> Floats:
         """Worths (T,) of tries at places of some objects (T,), (T, 2) from the middles of their pictures [m]."""
         parts = (slice(begin, begin + TOGETHER) for begin in range(0, len(rows), TOGETHER))
         return np.concatenate([take(self, rows[part]).try_places(places[part]).worth for part in parts])
 
-    def _allowed(self, force: Floats, places: Floats) -> Bools:
-        """Whether gauge and scales allow throws at `PERCENT`, by forces (N,) [N] of cups sent to places (N, 2) [m]."""
+    def _allowed(self, vacuum: Floats, places: Floats) -> Bools:
+        """Whether gauge and scales allow throws at `PERCENT`, by the gauge (N,) [N] of cups sent to places (N, 2) [m]."""
         objects, seen = self.objects, self.objects.measured
         offset = np.hypot(*places.T)
-        vacuum = seen.seal * (force / objects.seal)
         hold = Hold(vacuum, seen.mass, objects.cup_friction, seen.size[:, 2] / 2.0, offset, objects.cup_radius)
         return allowed_acceleration(hold) >= T3KR_ACCELERATION * PERCENT / 100.0
 

@@ -100,6 +100,11 @@ class Drawn(Section):
         default=0, description="Number of kinds that are drawn, which come instead of `items`; 0: the items come."
     )
     seed: Annotated[int, Field(ge=0, lt=2**32)] = Field(default=0, description="Seed from which they are drawn.")
+    areal: Annotated[float, Field(ge=0, le=3)] = Field(
+        default=0.75,
+        description="Least mass over the area from above; lighter kinds, which air carries away from any bin, are drawn "
+        "again. The lightest of the catalogue have 0.78 [kg/m2].",
+    )
 
 
 @final
@@ -131,7 +136,7 @@ class GraspConfig(ConveyorConfig):
 
     def item_definitions(self) -> Mapping[str, Item]:
         """The items of the catalogue, of `extra_items`, and those that are drawn, by name."""
-        drawn = drawn_kinds(self.drawn.kinds, self.drawn.seed)
+        drawn = drawn_kinds(self.drawn.kinds, self.drawn.seed, self.drawn.areal)
         return {**super().item_definitions(), **{item.name: item for item in drawn}}
 
     @property

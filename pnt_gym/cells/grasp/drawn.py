@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from pnt_gym.cells.base.catalogue import TYPICAL, complete_item
+from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import Item
 from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES
 
@@ -19,15 +20,33 @@ SHARE_SMOOTH: Final = 0.6
 """Share of the kinds without a relief."""
 POROUS, TIGHT = (3.0, 30.0), (0.3, 0.8)
 """Leaks of porous and of tight zones, from and to."""
+CUP_SHARE: Final = 0.45
+"""Width of a cup over that of a round kind: an arc of that width rises by less than a fifth of the cup's radius."""
 DRAG: Final = (0.6, 1.6)
 """Drags over those that are typical of the shapes, from and to."""
 
 
 @lru_cache
-def drawn_kinds(count: int, seed: int) -> tuple[Item, ...]:
-    """A number of kinds; the first of them are the same for any number."""
-    named = ((f"drawn_{k}", np.random.default_rng([seed, k])) for k in range(count))
-    return tuple(Item.model_validate(complete_item(draw_kind(*one))) for one in named)
+def drawn_kinds(count: int, seed: int, areal: float = 0.0) -> tuple[Item, ...]:
+    """A number of kinds; the first of them are the same for any number.
+
+    Args:
+        count: number of kinds.
+        seed: seed of the draws.
+        areal: least mass over the area from above [kg/m2]; lighter kinds are drawn again.
+    """
+    return tuple(_heavy_kind(f"drawn_{k}", np.random.default_rng([seed, k]), areal) for k in range(count))
+
+
+def _heavy_kind(name: str, random: np.random.Generator, areal: float) -> Item:
+    """The first kind of some draws whose mass over its area is large enough; round ones have cups that follow them."""
+    while True:
+        kind = draw_kind(name, random)
+        length, width, _ = kind["size"]
+        if kind["shape"] != "box":
+            kind["cup_radius"] = min(CUP_RADIUS, CUP_SHARE * width / 2.0)
+        if kind["mass"] >= areal * length * width:
+            return Item.model_validate(complete_item(kind))
 
 
 def draw_kind(name: str, random: np.random.Generator) -> dict[str, Any]:
