@@ -21,7 +21,7 @@ from ..grasping.foretelling import Foretold, Straight
 from ..grasping.gauge import SAFETY
 from ..grasping.memory import USUAL, expected
 from ..ground.places import GRASPING, at
-from .grasps import GIVE_UP, RESIDUAL, GaugePace, observe, pace_action, phases, shipped_release
+from .grasps import GIVE_UP, RESIDUAL, GaugePace, pace_action, phases, shipped_release
 from .protocol import Actions, Controller, Observation, to_action
 from .regression import OnPolicyRegression
 from .state import read
@@ -95,6 +95,3 @@ class Remembering(Controller):
         holds = expected(self._foretold.held(self._watcher.maps(rows)), self._watcher.memory.weights(rows))
         holds[:, np.abs(pixel_places()).max(axis=-1) > self._core.config.grasp.reach] = 0.0
         return best_places(holds), holds.reshape(len(rows), -1).max(axis=1)
-
-
-assert observe is not None

@@ -1,8 +1,8 @@
 """The controller of shifts of grasps that learned from many simulated shifts how to use its memory.
 
 The memory is that of the hand-written rule: what the cup's error may be, and means over earlier objects of a look. Three
-regressions have its numbers among their features: the value of places, the value of paces, and the correction of the
-release. A value is the chance that the object is sorted, less the price of the time until the next one.
+regressions have its numbers among their features: the value of a try, the value of paces, and the correction of the
+release. The cup goes to one of a few places that hold most probably. A value is the chance that the object is sorted, less the price of the time until the next one.
 """
 
 from __future__ import annotations
@@ -17,33 +17,34 @@ from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.images import pixel_places
 from pnt_gym.cells.grasp.observation import LAST, TABLE
 
-from ..grasping.features import NAMES, SIGHTS, PlaceFeatures, best_places
 from ..grasping.foretelling import Foretold, networks_foretell
 from ..grasping.memory import MEMORIES, expected
 from ..grasping.network import PlaceNetwork
 from ..ground.places import GRASPING, at
-from .grasps import GIVE_UP, RESIDUAL, observe, pace_action, phases, residual_width, shipped_release
+from .grasps import GIVE_UP, PLACE_UNIT, RESIDUAL, observe, pace_action, phases, residual_width, shipped_release
 from .protocol import Actions, Controller, Observation, State, to_action
 from .regression import Mlp, OnPolicyRegression
 from .state import read
-from .watching import Watcher, pictures_of
+from .watching import Watcher
 
 FILE: Final = GRASPING.parent / "PnTGrasp-v0-grasp_shift" / "shift_values_0.npz"
 """Networks that ship, of simulated shifts with kinds that are drawn with other seeds than the level's."""
 PACES: Final = 7
 LOWEST, HIGHEST = -1.0, 1.0
 """Values that the networks' outputs 0 and 1 mean."""
-NEARBY: Final = 0.02
-"""Length of distances from a place that failed, as a feature of a further try [m]."""
+PULLS: Final = (0.0, 5.0, 15.0, 40.0)
+"""Pulls towards the middle of what a picture shows, of the places between which a try chooses [1/m]."""
 DOUBT: Final = 0.01
 """Doubt of the cup's error that counts as 1 [m]."""
 TEMPERATURE: Final = 0.03
 """Of practice: a choice is made with a probability proportional to exp(value / temperature)."""
 EXPLORES: Final = 0.15
 """Share of the choices in practice that are random."""
-SCATTER: Final = 0.03
-"""Standard deviation of releases around the expected correction, in practice [m]."""
-_PLACE_INPUTS: Final = len(NAMES) + 3 + MEMORIES + 1
+SCATTER: Final = (0.03, 0.01)
+"""Standard deviations of releases around the expected correction in practice, before the first fit and after it [m]."""
+_TRY_INPUTS: Final = 3 + len(TABLE) + MEMORIES + 1
+_PACE: Final = len(TABLE)
+"""Column of a throw's pace among its features."""
 _THROW_INPUTS: Final = residual_width() + MEMORIES + 3
 
 
@@ -81,8 +82,7 @@ class ShiftValues(Controller):
         usual = shipped_release(core, self.name) if release is None else release
         self._core, self._config, self._foretold = core, core.config, networks_foretell()
         self._watcher = Watcher(self.name, core, self._foretold, usual)
-        local = [*SIGHTS["local"], *range(len(NAMES), _PLACE_INPUTS)]
-        self._places, self._paces = PlaceNetwork(local, _PLACE_INPUTS), PlaceNetwork(None, _THROW_INPUTS)
+        self._tries, self._paces = PlaceNetwork(None, _TRY_INPUTS), PlaceNetwork(None, _THROW_INPUTS)
         self._releases, self._knows_releases = Mlp(), False
         self._remembers, self._rides, self._fails = True, 0.0, -1.0
         self._practice: Practising | None = None
@@ -115,64 +115,50 @@ class ShiftValues(Controller):
             return np.zeros((len(rows), MEMORIES + 1))
         return np.column_stack([recalled.columns(), self._watcher.memory.doubt(rows) / DOUBT])
 
-    def _weights(self, rows: Ints) -> Floats:
-        """Probabilities of the cup's errors (K, SIDE, SIDE); a controller without memory has the first ones."""
-        memory = self._watcher.memory
-        return memory.weights(rows) if self._remembers else np.tile(memory.first, (len(rows), 1, 1))
-
     def _grasp(self, observation: Observation, rows: Ints, tried: Floats, known: Floats, action: Actions) -> None:
         """Write the actions of free cups."""
-        features, weights = pictures_of(observation, rows), self._weights(rows)
-        inputs = self._place_inputs(observation, features, rows, known)
-        maps, values = self._place_maps(features, inputs, weights, self._watcher.maps(rows))
-        random, most = self._practice, maps.reshape(len(rows), -1).max(axis=1)
-        rides = np.where(tried[rows] > 0, self._fails, self._rides)
-        gives_up = (most < scaled(rides)) & (self._places.is_fitted)
-        places = best_places(maps)
-        if random is not None:
-            places, gives_up = random.explore(features, values, maps, places, gives_up)
-            self._log_places(random, features, inputs, rows, places, gives_up, weights)
-        action[rows, :2] = np.clip(places / self._config.grasp.reach, -1.0, 1.0)
+        places, inputs = self._candidates(observation, rows, tried, known)
+        log, count = self._practice, len(rows)
+        score = self._tries.predict(inputs.reshape(count * len(PULLS), -1)) if self._tries.is_fitted else None
+        value = inputs[:, :, 0] if score is None else score.reshape(count, -1)
+        chosen = value.argmax(axis=1)
+        rides = scaled(np.where(tried[rows] > 0, self._fails, self._rides))
+        gives_up = (value.max(axis=1) < rides) & (score is not None)
+        if log is not None:
+            chosen, gives_up = log.explore(value, gives_up)
+            for k in np.flatnonzero(~gives_up):
+                log.tried[rows[k]].append(inputs[k, chosen[k]])
+        picked = places[np.arange(count), chosen]
+        action[rows, :2] = np.clip(picked / self._config.grasp.reach, -1.0, 1.0)
         action[rows[gives_up], 2] = GIVE_UP
 
-    def _place_maps(
-        self, features: PlaceFeatures, inputs: Floats, weights: Floats, foretold: Floats
-    ) -> tuple[Floats, Floats]:
-        """Values of sending the cup to each pixel (K, 48, 48), as outputs, and those of the pixels of objects (T,)."""
-        if self._places.is_fitted:
-            least = scaled(self._fails)
-            own = features.maps(self._places.predict(inputs) - least, 0.0)
-            maps = expected(own, weights) + least
-        else:
-            maps = expected(self._foretold.held(foretold), weights)
-        maps[:, np.abs(pixel_places()).max(axis=-1) > self._config.grasp.reach] = 0.0
-        return maps, maps[features.picture, features.pixel[:, 0], features.pixel[:, 1]]
+    def _candidates(self, observation: Observation, rows: Ints, tried: Floats, known: Floats) -> tuple[Floats, Floats]:
+        """Places between which a try chooses (K, C, 2) [m], and their features (K, C, D).
 
-    def _place_inputs(self, observation: Observation, features: PlaceFeatures, rows: Ints, known: Floats) -> Floats:
-        """Features of all places of pictures (T, D)."""
-        values = TABLE.decode(observation.features[rows])
-        failed = np.column_stack([values["failed_x"], values["failed_y"]])
-        has_failed = (failed != 0.0).any(axis=1)[features.picture]
+        Each is the place that holds most probably, with another pull towards the middle of what the picture shows.
+        """
+        watcher, memory = self._watcher, self._watcher.memory
+        foretold = watcher.maps(rows)
+        weights = np.tile(memory.first, (len(rows), 1, 1))
         if self._remembers:
-            failed = failed + self._watcher.memory.error(rows)
-        distance = np.hypot(*(features.places() - failed[features.picture]).T)
-        nearby = has_failed * np.exp(-0.5 * (distance / NEARBY) ** 2)
-        foretold = self._watcher.maps(rows)[features.picture, features.pixel[:, 0], features.pixel[:, 1]]
-        return np.column_stack([features.values, has_failed, nearby, foretold, known[rows][features.picture]])
-
-    def _log_places(
-        self, log: Practising, features: PlaceFeatures, inputs: Floats, rows: Ints, places: Floats, gives_up: Bools,
-        weights: Floats,
-    ) -> None:  # fmt: skip
-        """Keep the features of where the cups probably come down."""
-        error = np.einsum("kij,ijc->kc", weights, self._watcher.memory.offsets)
-        index = features.maps(np.arange(len(features.picture), dtype=np.float64), -1.0).astype(np.int64)
-        line, at_ = pixel_places(), places + error
-        column = np.abs(at_[:, :1] - line[0, :, 0]).argmin(axis=1)
-        row = np.abs(at_[:, 1:] - line[:, 0, 1]).argmin(axis=1)
-        chosen = index[np.arange(len(rows)), row, column]
-        for k in np.flatnonzero(~gives_up & (chosen >= 0)):
-            log.tried[rows[k]].append(inputs[chosen[k]])
+            surprise = watcher.recall().surprise[rows]
+            foretold = np.where(foretold > 0.0, np.clip(foretold + surprise[:, None, None], 0.0, 1.0), 0.0)
+            weights = memory.weights(rows)
+        holds = expected(self._foretold.held(foretold), weights)
+        pixels = pixel_places()
+        holds[:, np.abs(pixels).max(axis=-1) > self._config.grasp.reach] = 0.0
+        shown = watcher.maps(rows) > 0.0
+        error = np.einsum("kij,ijc->kc", weights, memory.offsets)
+        middle = np.einsum("kab,abc->kc", shown, pixels) / np.maximum(shown.sum(axis=(1, 2)), 1)[:, None] - error
+        distance = np.hypot(*np.moveaxis(pixels - middle[:, None, None], -1, 0))
+        places, inputs = list[Floats](), list[Floats]()
+        for pull in PULLS:
+            best = (holds * np.exp(-pull * distance)).reshape(len(rows), -1).argmax(axis=1)
+            at_best = (np.arange(len(rows)), best)
+            places.append(pixels.reshape(-1, 2)[best])
+            own = holds.reshape(len(rows), -1)[at_best], distance.reshape(len(rows), -1)[at_best] / PLACE_UNIT
+            inputs.append(np.column_stack([*own, tried[rows], observation.features[rows], known[rows]]))
+        return np.stack(places, axis=1), np.stack(inputs, axis=1)
 
     def _throw(self, observation: Observation, rows: Ints, known: Floats, reference: Floats, action: Actions) -> None:
         """Write the actions of cups under which objects hang."""
@@ -192,7 +178,7 @@ class ShiftValues(Controller):
         picked = inputs[np.arange(count), chosen]
         offset = self._offsets(picked, reference[rows])
         if log is not None:
-            offset = offset + SCATTER * log.random.standard_normal(offset.shape)
+            offset = offset + SCATTER[self._knows_releases] * log.random.standard_normal(offset.shape)
             for k in range(count):
                 log.throw[rows[k]] = picked[k]
         correction = self._core.correction
@@ -207,6 +193,15 @@ class ShiftValues(Controller):
         action[:, 3] = pace_action(pace, self._config)
         part = self._watcher.cup_part(observation) if self._remembers else np.zeros((len(known), 2))
         return np.column_stack([observe(observation, action, self._config).features, known, part / 0.02])
+
+    def _best_paces(self, inputs: Floats) -> Floats:
+        """Values of throws (K,) at the paces that are worth most, by their features at any pace (K, E)."""
+        values = list[Floats]()
+        for pace in np.linspace(*self._config.grasp.pace, PACES):
+            paced = inputs.copy()
+            paced[:, _PACE] = pace_action(pace, self._config)
+            values.append(self._paces.predict(paced))
+        return np.max(values, axis=0)
 
     def _offsets(self, inputs: Floats, reference: Floats) -> Floats:
         """Offsets of releases (K, 2) [m]."""
@@ -261,19 +256,21 @@ class ShiftValues(Controller):
         assert correction is not None
         self._releases.fit(inputs[landed], np.clip(offsets[landed], -correction.scale, correction.scale), self._seed)
         self._knows_releases = True
-        places = np.concatenate([s.tried for s in samples if len(s.tried)])
-        self._places.fit(places, scaled(np.repeat(returns, tries)), self._seed + 1, steps)
+        values = scaled(returns)
+        values[throws] = self._best_paces(inputs)
+        tried = np.concatenate([s.tried for s in samples if len(s.tried)])
+        self._tries.fit(tried, np.repeat(values, tries), self._seed + 1, steps)
 
     def state(self) -> State:
         """Arrays of all networks, and the values of objects that ride on."""
-        parts = {"place": self._places, "pace": self._paces, "release": self._releases, "gauge": self._foretold}
+        parts = {"try": self._tries, "pace": self._paces, "release": self._releases, "gauge": self._foretold}
         arrays = {f"{part} {name}": a for part, one in parts.items() for name, a in one.state().items()}
         return {**arrays, "rides": np.array([self._rides, self._fails, float(self._remembers)])}
 
     def restore(self, state: State) -> None:
         """Load all networks."""
         parts: dict[str, Any] = {
-            "place ": self._places, "pace ": self._paces, "release ": self._releases, "gauge ": self._foretold,
+            "try ": self._tries, "pace ": self._paces, "release ": self._releases, "gauge ": self._foretold,
         }  # fmt: skip
         for part, one in parts.items():
             one.restore({name.removeprefix(part): a for name, a in state.items() if name.startswith(part)})
@@ -297,15 +294,11 @@ class Practising:
         self.throw: dict[int, Floats] = {}
         """Features of the last throw, by row."""
 
-    def explore(
-        self, features: PlaceFeatures, values: Floats, maps: Floats, places: Floats, gives_up: Bools
-    ) -> tuple[Floats, Bools]:
-        """Places (K, 2) [m] and whether to give up (K,), some of them at random, others mostly where values are high."""
-        count = features.pictures
-        greedy = self.random.random(count) >= EXPLORES
-        score = self.random.gumbel(size=len(values)) + greedy[features.picture] * values / TEMPERATURE
-        chosen = np.where((self.random.random(count) < 0.5)[:, None], features.best(score), places)
-        return chosen, np.where(greedy, gives_up, self.random.random(count) < EXPLORES)
+    def explore(self, value: Floats, gives_up: Bools) -> tuple[Ints, Bools]:
+        """Choices by values (K, C), and whether to give up (K,), some of them at random."""
+        greedy = self.random.random(len(value)) >= EXPLORES
+        score = self.random.gumbel(size=value.shape) + greedy[:, None] * value / TEMPERATURE
+        return score.argmax(axis=1), np.where(greedy, gives_up, self.random.random(len(value)) < EXPLORES)
 
     def forget(self, row: int) -> None:
         """Leave out a pick that is over."""

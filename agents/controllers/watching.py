@@ -16,7 +16,7 @@ from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.observation import LAST, TABLE
 
-from ..grasping.features import PlaceFeatures, place_features
+from ..grasping.features import place_features
 from ..grasping.foretelling import Foretold, labels
 from ..grasping.memory import LANDS, Event, Recalled, ShiftMemory, around, looks
 from ..ground.cli import UsageError
@@ -145,14 +145,3 @@ class Watcher:
         ahead = np.stack([values["target_x"] - values["pick_x"], values["target_y"] - values["pick_y"]])
         ex, ey = ahead / np.hypot(*ahead)
         return np.stack([error[:, 0] * ex + error[:, 1] * ey, error[:, 1] * ex - error[:, 0] * ey], axis=-1)
-
-
-def pictures_of(observation: Observation, rows: Ints) -> PlaceFeatures:
-    """Features of the places of the objects of some rows."""
-    assert observation.image is not None
-    return place_features(observation.image[rows], TABLE.decode(observation.features)["cup_radius"][rows])
-
-
-def of_rows(values: Floats, rows: Bools) -> Ints:
-    """Indices of rows (N,) that are set."""
-    return np.flatnonzero(rows & np.isfinite(values))

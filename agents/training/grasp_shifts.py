@@ -20,7 +20,7 @@ from ..judging.loop import observed
 ENV: Final = "PnTGrasp-v0"
 ROWS: Final = 64
 """Shifts side by side; a part of what a seed means."""
-TRIES: Final = 12_000
+TRIES: Final = 16_000
 """Tries in a calibrated cell, from which the gauge is foretold."""
 ROUNDS: Final = (0.25, 0.5, 0.75)
 """Shares of the practice after which the networks are fitted; the last fit is after all of it."""
@@ -34,7 +34,7 @@ KINDS: Final = 1000
 class Arguments:
     """Practise shifts of grasps whose kinds are drawn with seeds of their own, and write the networks."""
 
-    picks: int = 9_600
+    picks: int = 12_800
     """Picks in all shifts together."""
     seed: int = 0
     """Seed of kinds, shifts, choices and fits."""

@@ -90,10 +90,14 @@ def test_the_next_observation_tells_the_last_try_and_the_last_landing() -> None:
         last, over = LAST.decode(seen["last"]), info["_cycle_time"] if "_cycle_time" in info else np.zeros(16, bool)
         goes_on = ~cut
         tried = last["tried"] > 0.5
-        np.testing.assert_allclose(last["vacuum"][tried & goes_on & ~over], info["vacuum"][tried & goes_on & ~over], rtol=1e-5)
+        np.testing.assert_allclose(
+            last["vacuum"][tried & goes_on & ~over], info["vacuum"][tried & goes_on & ~over], rtol=1e-5
+        )
         if not over.any():
             continue
-        np.testing.assert_allclose(last["shift_gone"][over & goes_on] * PICKS, info["pick_in_shift"][over & goes_on] + 1, atol=1e-4)
+        np.testing.assert_allclose(
+            last["shift_gone"][over & goes_on] * PICKS, info["pick_in_shift"][over & goes_on] + 1, atol=1e-4
+        )
         flew = over & goes_on & (last["thrown"] > 0.5)
         thrown += flew.sum()
         landed = flew & (last["last_seen"] > 0.5)
