@@ -20,6 +20,8 @@ EVERYWHERE: Final = "PnTAdapt-v0"
 """The environment in which every controller of throws acts."""
 GRASPING: Final = "PnTGrasp-v0"
 """The environment in which controllers choose where to grasp."""
+SHIFTS: Final = {GRASPING: "grasp_shift"}
+"""Levels on which also controllers act that remember a shift."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ def main(arguments: Arguments) -> None:
 
 def _grid(title: str, env_id: str, names: Sequence[str]) -> Grid:
     """Controllers that act in an environment."""
-    with closing(make_vector(env_id, num_envs=1, threads=1)) as env:
+    with closing(make_vector(env_id, SHIFTS.get(env_id), num_envs=1, threads=1)) as env:
         controllers = {name: make_controller(name, env) for name in names}
     rows = [
         (name, "yes" if isinstance(controller, Learner) else "no", named.describe(name, controller))

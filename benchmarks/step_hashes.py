@@ -36,6 +36,7 @@ GRASP = (
     {"name": "grasp, belt", "base": "grasp", "fidelity": "flight", "grasp": {"picks": "belt"}},
     "grasp_soft",
     "grasp_plain",
+    "grasp_shift",
 )
 CASES = {
     "PnTConveyor-v0": (CONVEYOR, ("release_point", "release_xyz", "virtual_goal")),

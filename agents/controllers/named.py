@@ -26,6 +26,8 @@ from .oracle import Analytic, Oracle, Random
 from .places import TrueSurface, centroid, flattest, local_mlp
 from .protocol import Controller
 from .regression import Mlp, OnPolicyRegression, Ridge
+from .remembering import Remembering
+from .shift_values import ShiftValues
 from .trackers import Kalman, NoTracker, OracleTracker, RecursiveRidge, RunningMean, Tracker
 
 
@@ -86,8 +88,14 @@ _PLACES: Mapping[str, Callable[..., Place]] = {
     "true_surface": TrueSurface,
 }
 """Rules where to grasp by controller; each throws with the same paces and the same residual."""
-_GRASPS: Mapping[str, Any] = {"fitted_q": FittedQ, "oracle_grasp": GraspOracle}
-"""Controllers that choose where to grasp in ways of their own: one learns from rewards, one simulates beforehand."""
+_GRASPS: Mapping[str, Any] = {
+    "fitted_q": FittedQ,
+    "oracle_grasp": GraspOracle,
+    "remembering": Remembering,
+    "shift_values": ShiftValues,
+}
+"""Controllers that choose where to grasp in ways of their own: one learns from rewards, one simulates beforehand, and two
+remember what their shift has shown."""
 _RELEASES: Final[Mapping[str, Callable[..., OnPolicyRegression]]] = {"shipped": shipped_release, "none": new_release}
 """How the residual of a controller that grasps begins."""
 CHEATS: Final = ("true_surface", "oracle_grasp", "oracle", "oracle_drift")
@@ -195,6 +203,8 @@ WORDS: Final[Mapping[str, str]] = {
     "flattest": "Grasps where the picture is flat under the cup and around; `rule` is depth, colour or naive",
     "local_mlp": "Grasps where a network on features of the picture expects the most; it learned from tries on `grasp`",
     "fitted_q": "Grasps and throws by two networks of values, which learned on `grasp` from rewards alone",
+    "remembering": "Grasps, gives up and corrects by rules, with a memory of its shift: readings of the gauge, and landings",
+    "shift_values": "Grasps, throws and gives up by networks that learned from simulated shifts to use such a memory",
     "true_surface": "Cheats: grasps where a try is worth most by the true surface, without the error of the cup",
     "oracle_grasp": "Cheats: simulates each try and each throw first, and takes the fastest throw that is sorted",
     "oracle_drift": "Cheats: an MLP, minus the effect of the true drift; draught is not corrected",

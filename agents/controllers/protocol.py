@@ -37,6 +37,8 @@ class Observation:
     """Item of the object by the cell's classifier: index into the core's `item_names` (N,)."""
     image: NDArray[np.uint8] | None = None
     """Pictures (N, 5, H, W) as `PnTGrasp-v0` shows them; None in environments without pictures."""
+    last: NDArray[np.float32] | None = None
+    """The last try and the last landing (N, L) as `PnTGrasp-v0` shows them in shifts; None in other episodes."""
 
 
 @final

@@ -17,13 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, take
-from pnt_gym.cells.base.catalogue import TYPICAL
 from pnt_gym.cells.base.grip import Hold
-from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES
 from pnt_gym.cells.conveyor.context import Context, belt_shift
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
+from pnt_gym.cells.grasp.drawn import draw_kind
 from pnt_gym.cells.grasp.pictures import PictureMaker
 from pnt_gym.cells.grasp.rows import Surfaces
 from pnt_gym.cells.grasp.surfaces import (
@@ -58,6 +57,8 @@ class Tries(NamedTuple):
     held: Bools
     kept: Bools
     """Whether the object is held, and would stay under the cup at `PERCENT`, accelerated in the worst direction."""
+    vacuum: Floats
+    """Force of the vacuum by the gauge (N,) [N]."""
     allowed: Bools
     """Whether gauge and scales allow a throw at `PERCENT`, as the pace by the gauge does."""
 
@@ -135,18 +136,18 @@ class Scenes:
         force = seal_at(self.surfaces, self.objects, true[:, None]).force[:, 0]
         held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)), self.surface)
         kept = held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0)
-        return Tries(held, kept, self._allowed(force, places))
+        vacuum = self.objects.measured.seal * (force / self.objects.seal)
+        return Tries(held, kept, vacuum, self._allowed(vacuum, places))
 
     def worths_of_tries(self, rows: Ints, places: Floats) -> Floats:
         """Worths (T,) of tries at places of some objects (T,), (T, 2) from the middles of their pictures [m]."""
         parts = (slice(begin, begin + TOGETHER) for begin in range(0, len(rows), TOGETHER))
         return np.concatenate([take(self, rows[part]).try_places(places[part]).worth for part in parts])
 
-    def _allowed(self, force: Floats, places: Floats) -> Bools:
-        """Whether gauge and scales allow throws at `PERCENT`, by forces (N,) [N] of cups sent to places (N, 2) [m]."""
+    def _allowed(self, vacuum: Floats, places: Floats) -> Bools:
+        """Whether gauge and scales allow throws at `PERCENT`, by the gauge (N,) [N] of cups sent to places (N, 2) [m]."""
         objects, seen = self.objects, self.objects.measured
         offset = np.hypot(*places.T)
-        vacuum = seen.seal * (force / objects.seal)
         hold = Hold(vacuum, seen.mass, objects.cup_friction, seen.size[:, 2] / 2.0, offset, objects.cup_radius)
         return allowed_acceleration(hold) >= T3KR_ACCELERATION * PERCENT / 100.0
 
@@ -193,77 +194,9 @@ class Scenes:
         return Hold(force.reshape(-1), mass, friction, depth, distance.reshape(-1), radius)
 
 
-SIZES: Final = ((0.05, 0.20), (0.6, 1.0), (0.15, 1.0))
-"""Lengths [m], widths over lengths, heights over widths of drawn kinds, from and to; about those of the catalogue."""
-DENSITY: Final = (15.0, 90.0)
-"""Masses over the volumes of the enclosing boxes, from and to [kg/m3]."""
-SHARE_SMOOTH: Final = 0.6
-"""Share of the kinds without a relief."""
-POROUS, TIGHT = (3.0, 30.0), (0.3, 0.8)
-"""Leaks of porous and of tight zones, from and to."""
-
-
 def with_drawn_kinds(level: str, count: int, seed: int) -> GraspConfig:
     """A level with a number of drawn kinds beside its own."""
     config = GraspConfig.load(level)
-    kinds = [_draw(f"drawn_{k}", np.random.default_rng([seed, k])) for k in range(count)]
+    kinds = [draw_kind(f"drawn_{k}", np.random.default_rng([seed, k])) for k in range(count)]
     names = [kind["name"] for kind in kinds]
     return GraspConfig.load({"base": level, "items": [*config.items, *names], "extra_items": kinds})
-
-
-def _draw(name: str, random: np.random.Generator) -> dict[str, Any]:
-    """A kind as a level gives it; what is not drawn is typical of the shape."""
-    shape = str(random.choice([*TYPICAL]))
-    length, width, height = (_between(random, *share) for share in SIZES)
-    width *= length
-    size = (length, width, width if shape == "cylinder" else max(height * width, 0.010))
-    mass = _between(random, *DENSITY) * float(np.prod(size))
-    kind: dict[str, Any] = {
-        "name": name,
-        "shape": shape,
-        "size": size,
-        "mass": mass,
-        "seal_force": max(_between(random, 8.0, 20.0), 30.0 * mass),
-        "com": float(random.uniform(0.0, 0.1)),
-        "look": _draw_look(random, None),
-        "zones": [_draw_zone(random, size[2]) for _ in range(random.integers(1, MOST_ZONES + 1))],
-        "source": "drawn at random, for training",
-    }
-    if random.random() > SHARE_SMOOTH:
-        kind["relief"] = (_between(random, 0.0004, 0.003), _between(random, 0.012, 0.05))
-    return kind
-
-
-def _draw_zone(random: np.random.Generator, height: float) -> dict[str, Any]:
-    """A dent, a hill, ribs, or a patch that leaks more or less than the surface around it."""
-    size = random.uniform(0.10, 0.80, 2)
-    zone: dict[str, Any] = {
-        "shape": str(random.choice(ZONE_SHAPES)),
-        "size": tuple(size),
-        "at": tuple((1.0 - size) * random.uniform(-1.0, 1.0, 2)),
-        "spread": float(random.uniform(0.0, 0.5)),
-        "chance": float(random.uniform(0.2, 1.0)),
-    }
-    sort = random.integers(4)
-    if sort == 0:
-        zone["depth"] = float(np.clip(random.normal(0.004, 0.008), -0.02, 0.6 * height))
-    elif sort == 1:
-        zone["ribs"] = (_between(random, 0.0004, 0.002), _between(random, 0.003, 0.015))
-    else:
-        zone["leak"] = _between(random, *(POROUS if sort == 2 else TIGHT))
-        zone["look"] = _draw_look(random, zone["leak"])
-    return zone
-
-
-def _draw_look(random: np.random.Generator, leak: float | None) -> tuple[float, float, float, float]:
-    """A look; porous surfaces are matte, and films that seal are glossy: paper and foam do not shine."""
-    gloss = (0.0, 0.9) if leak is None else ((0.0, 0.2) if leak > 1.0 else (0.3, 0.9))
-    return (
-        float(random.uniform(0.1, 0.95)), float(random.uniform(-1.0, 1.0)), float(random.uniform(*gloss)),
-        float(random.uniform(0.0, 0.3)),
-    )  # fmt: skip
-
-
-def _between(random: np.random.Generator, low: float, high: float) -> float:
-    """A number between two, whose logarithm is drawn evenly."""
-    return float(np.exp(random.uniform(np.log(low), np.log(high))))

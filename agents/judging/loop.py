@@ -90,7 +90,8 @@ def observed(features: Any, kind: Any) -> Observation:
     kinds = np.array(kind, dtype=np.int64)
     if isinstance(features, Mapping):
         vector, image = features["vector"], np.array(features["image"], dtype=np.uint8)
-        return Observation(np.array(vector, dtype=np.float32), kinds, image)
+        last = np.array(features["last"], dtype=np.float32) if "last" in features else None
+        return Observation(np.array(vector, dtype=np.float32), kinds, image, last)
     return Observation(np.array(features, dtype=np.float32), kinds)
 
 

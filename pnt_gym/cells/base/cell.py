@@ -55,6 +55,8 @@ class Purpose(IntEnum):
     """How a cell differs from other cells."""
     HAND = 8
     """How far a robot's hand is from its planned place in a throw."""
+    KINDS = 9
+    """Which kinds come in a shift."""
 
 
 class UpcomingThrows(Protocol):

@@ -39,7 +39,7 @@ from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
-Picks = Literal["belt", "independent"]
+Picks = Literal["belt", "shift", "independent"]
 RESULTS: Final = (
     "landing_along", "landing_across", "wait_time", "in_opening", "in_bin", "rim", "recontact", "picked", "dropped",
     "disturbed", "grip_margin", "passed", "placed", "peak_torque", "energy", "ended_in", "belongs", "sorted",
@@ -54,9 +54,10 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     Args:
         config: description of the cell.
         count: number of cells N.
-        picks: "belt" for a stream of objects on the moving belt, "independent" for unrelated picks.
+        picks: "belt" for a stream of objects on the moving belt, "independent" for unrelated picks, "shift" for unrelated
+            picks in episodes as long as on the belt.
         threads: worker threads of the physics; results do not depend on it.
-        feedback: whether a camera over the bins measures each landing for the next observation, on the belt.
+        feedback: whether a camera over the bins measures each landing for the next observation, in shifts.
         source: kind of source of the picks; None for that of `picks`.
 
     Raises:
@@ -77,7 +78,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     ) -> None:
         super().__init__(config, count, threads)
         self._feedback = feedback
-        self._source_kind = source or (IndependentPicks if picks == "independent" else BeltPicks)
+        self._source_kind = source or (BeltPicks if picks == "belt" else IndependentPicks)
         self.terminates = picks == "independent"
         self.episode = 1 if self.terminates else config.picks_per_shift
         self.modes = modes_of(config.planner)
@@ -140,7 +141,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
 
         The outcomes of these rows mean nothing.
         """
-        with self.source.hold_back(rows), self._bins.hold_back(rows):
+        with self.source.hold_back(rows), self._bins.hold_back(rows), self._drift.hold_back(rows):
             self._thrown = np.flatnonzero(~rows)
             try:
                 yield

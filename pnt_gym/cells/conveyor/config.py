@@ -98,7 +98,9 @@ class ConveyorConfig(SortingLine):
         description="k of `dispatch: atc`: an object that can wait longer by this time comes first only if its "
         "cycle is shorter by the factor e [s].",
     )
-    picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Throws of an episode on the belt.")
+    picks_per_shift: Annotated[int, Field(ge=1)] = Field(
+        default=50, description="Throws of an episode on the belt, and of any other shift."
+    )
 
     @classmethod
     def locate(cls, data: dict[str, Any], folder: Path) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Final, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from pnt_gym.cells.conveyor.movers.tracking import TrackingMover
 from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, ObjectMaker, SideDraws
 from pnt_gym.cells.conveyor.objects.fill import draw_fill, fixed_areas, mean_volumes
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.objects.rows import Uniforms
 from pnt_gym.cells.conveyor.sections import Throwable
 from pnt_gym.cells.conveyor.throwable import is_throwable
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
@@ -34,6 +35,10 @@ ABOVE: Final = 0.02
 """Least height of a carried object above the rim of a bin below it [m]."""
 TRIAL_THROWS: Final = 50
 """Number of trial throws at a bin before a warning that the bin is out of reach."""
+KindDraws: TypeAlias = Callable[[Ints, Floats], Floats]
+"""From rows (K,) and uniform draws (K, C) to the draws by which the kinds of the rows' objects are chosen (K, C)."""
+KIND_DRAW: Final[int] = Uniforms.dtype.names.index("kind")
+"""Column of the uniform draws by which an object's kind is chosen; the first column, before any field of several."""
 _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
     "straight": StraightMover,
     "straight_flying": FlyingMover,
@@ -86,8 +91,17 @@ class PickPlanner:
         self._side_draws = [effect[1:] for effect in side_effects if effect[0]]
         """Purposes for which the level draws aside, fields of `SideDraws` for these draws, and how they are drawn."""
 
-    def draw(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Objects:
-        """Draw `count` new objects from the generators of some rows, shape (len(rows), count)."""
+    def draw(
+        self, generators: list[np.random.Generator], rows: Ints, count: int, kinds: KindDraws | None = None
+    ) -> Objects:
+        """Draw `count` new objects from the generators of some rows, shape (len(rows), count).
+
+        Args:
+            generators: the generators of all rows.
+            rows: the rows (K,).
+            count: objects of each row C.
+            kinds: changes the draws of the objects' kinds; None for kinds as in the level.
+        """
         normals, uniforms = np.empty((len(rows), count, NORMALS)), np.empty((len(rows), count, UNIFORMS))
         side_draws = SideDraws.none(self.config, len(rows), count)
         for place, row in enumerate(rows):
@@ -97,11 +111,15 @@ class PickPlanner:
                     draw(generator, out=getattr(side_draws, column)[place])
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
+        if kinds is not None:
+            uniforms[..., KIND_DRAW] = kinds(rows, uniforms[..., KIND_DRAW])
         return self._maker.make(normals, uniforms, side_draws)
 
-    def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
+    def draw_picks(
+        self, generators: list[np.random.Generator], rows: Ints, kinds: KindDraws | None = None
+    ) -> tuple[Objects, Floats]:
         """Draw an object from the generator of each row, and its pick point anywhere in the window (N, 3) [m]."""
-        objects = take(self.draw(generators, rows, 1), np.s_[:, 0])
+        objects = take(self.draw(generators, rows, 1, kinds), np.s_[:, 0])
         low, high = self.config.lift_x
         return objects, self.pick_point(objects, low + (high - low) * objects.draws.place[:, 0])
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Final, Self, final
 
@@ -75,9 +77,9 @@ class DriftSchedule:
         """Index of the coming picks, or of the last picks of shifts that are over."""
         return np.arange(len(self.at)), np.minimum(self.at, self.chance.shape[1] - 1)
 
-    def advance(self) -> Self:
-        """The shifts after one more throw."""
-        return replace(self, at=self.at + 1)
+    def advance(self, thrown: Bools) -> Self:
+        """The shifts after one more throw in some rows (N,)."""
+        return replace(self, at=self.at + thrown)
 
 
 class SteadyCells:
@@ -96,6 +98,8 @@ class SteadyCells:
     def __init__(self, config: ConveyorConfig, generators: Generators) -> None:
         self._config = config
         self._cells = draw_cells(config, generators)
+        self._held: Bools = np.zeros(len(generators), dtype=np.bool_)
+        """Rows that `hold_back` holds back (N,)."""
 
     @property
     def hidden(self) -> tuple[Quantity, ...]:
@@ -110,6 +114,15 @@ class SteadyCells:
     def after(self, context: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
         """The picks that follow throws, with the measurements of those throws and the drift by now."""
         return self._hide(picks, self._cells, HiddenDrift.of(len(picks.pick)))
+
+    @contextmanager
+    def hold_back(self, rows: Bools) -> Generator[None]:
+        """Context in which some rows (N,) throw nothing, so their shifts do not go on."""
+        self._held = rows
+        try:
+            yield
+        finally:
+            self._held = np.zeros_like(rows)
 
     def feedback(self, before: LastThrow) -> dict[str, NDArray[Any]]:
         """Info of the previous throws, (N,) each."""
@@ -143,7 +156,8 @@ class DriftingCells(SteadyCells):
     def __init__(self, config: ConveyorConfig, generators: Generators) -> None:
         if not FEWEST_PICKS <= config.picks_per_shift <= MOST_PICKS:
             raise ConfigError(
-                f"picks_per_shift is {config.picks_per_shift}; in PnTAdapt-v0 it must be {FEWEST_PICKS} to {MOST_PICKS}"
+                f"picks_per_shift is {config.picks_per_shift}; where a camera sees landings it must be {FEWEST_PICKS} to "
+                f"{MOST_PICKS}"
             )
         super().__init__(config, generators)
         self._schedule = DriftSchedule.draw(generators, config)
@@ -163,7 +177,7 @@ class DriftingCells(SteadyCells):
     def after(self, context: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
         """The next picks in cells that have drifted further, with the camera's measurements of these throws."""
         is_visible, error = self._schedule.measure(outcome, self._config)
-        self._schedule = self._schedule.advance()
+        self._schedule = self._schedule.advance(~self._held)
         # Measurements of throws, as the next observation has them.
         gone = self._schedule.at / self._config.picks_per_shift
         rim = context.target[:, 2]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final, Self, final
+from collections.abc import Mapping
+from typing import Any, Final, Self, final
 
 import numpy as np
 
@@ -28,6 +29,36 @@ from pnt_gym.rows import Columns, Pair, field
 
 _HALVINGS: Final = 12
 """Bisection steps of a place or a pace without a feasible throw: resolution 1/4096."""
+
+
+@final
+class LastTry(Columns):
+    """What the last step of a cell did, for the next observation in a shift; zeros before the first step."""
+
+    tried: Bools = field("-", "whether the step was a try to grasp")
+    held: Bools = field("-", "whether the object hung under the cup after it")
+    vacuum: Floats = field("N", "force of the vacuum in the try by the gauge; 0 without a try")
+    place: Pair = field("m", "place of the cup in the try, from the picture's middle; 0 without a try")
+    thrown: Bools = field("-", "whether the step threw an object")
+    pace: Floats = field("-", "largest acceleration of the throw, as a share of the robot's; 0 without a throw")
+    dropped: Bools = field("-", "whether the object left the cup on the way to its release")
+
+    @classmethod
+    def after(cls, grasped: Bools, attempts: Attempts, thrown: Bools, info: Mapping[str, Any]) -> Self:
+        """What a step did.
+
+        Args:
+            grasped: which rows tried (N,).
+            attempts: the tries after the step (N,).
+            thrown: which rows' objects hung and were thrown (N,).
+            info: the results of the rows that ended their picks.
+        """
+        none = np.zeros(len(grasped))
+        return cls.of(
+            len(grasped), tried=grasped, held=attempts.holds, vacuum=np.where(grasped, attempts.vacuum, 0.0),
+            place=np.where(grasped[:, None], attempts.place, 0.0), thrown=thrown,
+            pace=np.where(thrown, info.get("pace", none), 0.0), dropped=thrown & (info.get("dropped", none) > 0.0),
+        )  # fmt: skip
 
 
 @final
@@ -140,7 +171,7 @@ class Grasper:
         if config.surface is None:
             objects = objects.replace(
                 grasp=grasp,
-                spin=spin_at_grasp(objects, grasp, config),
+                spin=self._spin(context, grasp),
                 pick_draw=self._pick_draw(objects, number),
             )
         else:
@@ -150,10 +181,16 @@ class Grasper:
             seals = seal_at(surfaces, objects, cup[:, None])
             force, leak = seals.force[:, 0], seals.leak[:, 0]
             holds, unseen = self._holds(objects, force, number, config.surface), unseen + surfaces.com
-            objects = self._seal(objects, grasp + unseen, force, unseen, holds)
+            spin = self._spin(context, grasp + unseen, force)
+            objects = self._seal(objects, grasp + unseen, force, unseen, holds).replace(spin=spin)
         pick = context.pick + join_columns(place[:, 0], place[:, 1], 0.0)
         fastest = self._planner.limits(objects).acceleration
         return self._planner.plan_at(context.replace(objects=objects), pick, fastest), leak
+
+    def _spin(self, context: Context, grasp: Floats, seal: Floats | None = None) -> Floats:
+        """Spins (N, 3) [rad/s] of picks with other grasp offsets (N, 2) [m] and seals (N,) [N], drift included."""
+        drifted = context.objects.replace(grasp=context.objects.grasp + context.unseen)
+        return spin_at_grasp(drifted, grasp + context.unseen, self._config, seal)
 
     def _holds(self, objects: Objects, force: Floats, number: Ints, surface: Surface) -> Bools:
         """Whether seals of a force (N,) [N] hold their objects in the tries of some numbers (N,)."""
@@ -173,7 +210,6 @@ class Grasper:
         )
         return objects.replace(
             grasp=grasp,
-            spin=spin_at_grasp(objects, grasp, config, force),
             seal=force,
             delay=np.maximum(objects.delay + config.mismatch * (after - before), 0.0),
             pick_draw=np.where(holds, 1.0, -1.0),

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal, final
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal, cast, final
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pnt_gym.cells.base.config import Duration, LevelConfig, NonNegative, Positive, Section, Share
+from pnt_gym.cells.base.items import Item
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.grasp.drawn import drawn_kinds
 
 MOST_TRIES = 5
 """Largest number of tries to grasp an object."""
@@ -16,6 +18,8 @@ CHANNELS, PIXELS = 5, 48
 """Channels of a picture, and pixels along each of its sides."""
 PIXEL = 0.005
 """Side of a pixel on the belt [m]."""
+MOST_DRAWN = 1000
+"""Largest number of drawn kinds."""
 
 
 class Surface(Section):
@@ -62,7 +66,7 @@ class Grasping(Section):
     skip: bool = Field(
         default=False,
         description="Whether an object may ride on before the first try. The hand then goes on at once, without the "
-        "dwell of a try; with independent picks.",
+        "dwell of a try; not on the belt.",
     )
     reach: Annotated[float, Field(gt=0, le=0.115)] = Field(
         default=0.100, description="Distance of the cup from the picture's middle along x or y, for an action of 1 [m]."
@@ -72,13 +76,34 @@ class Grasping(Section):
         description="Largest acceleration of a throw for an action of -1 and of 1, as shares of the robot's 120 m/s2; "
         "the speed setting stays an upper bound.",
     )
-    picks: Literal["independent", "belt"] = Field(
+    picks: Literal["independent", "shift", "belt"] = Field(
         default="independent",
-        description="Unrelated objects, one in each episode, or a shift of `picks_per_shift` objects on the belt.",
+        description="Unrelated objects, one in each episode (independent); a shift of `picks_per_shift` unrelated objects, "
+        "whose observations have the last try and the last landing, so that a shift's `drift` and kinds can be learned "
+        "(shift); or a shift of as many objects on the belt (belt).",
+    )
+    kinds: Annotated[int, Field(ge=1, le=MOST_DRAWN)] | None = Field(
+        default=None,
+        description="Number of different kinds in each shift, drawn from the level's when the shift begins; the k-th "
+        "comes as often as one over k. null: all. For `picks: shift`.",
     )
     objects: Annotated[int, Field(ge=1, le=3)] = Field(
         default=1,
         description="Objects within reach, of which the cup's place chooses one; more than one with independent picks.",
+    )
+
+
+class Drawn(Section):
+    """Kinds of objects that are drawn from ranges, see `cells.grasp.drawn`."""
+
+    kinds: Annotated[int, Field(ge=0, le=MOST_DRAWN)] = Field(
+        default=0, description="Number of kinds that are drawn, which come instead of `items`; 0: the items come."
+    )
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = Field(default=0, description="Seed from which they are drawn.")
+    areal: Annotated[float, Field(ge=0, le=3)] = Field(
+        default=0.75,
+        description="Least mass over the area from above; lighter kinds, which air carries away from any bin, are drawn "
+        "again. The lightest of the catalogue have 0.78 [kg/m2].",
     )
 
 
@@ -96,6 +121,28 @@ class GraspConfig(ConveyorConfig):
     )
     camera: PictureCamera = PictureCamera()
     grasp: Grasping = Grasping()
+    drawn: Drawn = Drawn()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _draw_items(cls, data: Any) -> Any:
+        """The level with the names of drawn kinds as its items; a section that is wrong is refused by its own form."""
+        values = cast("Mapping[str, Any]", data) if isinstance(data, Mapping) else {}
+        drawn: Any = values.get("drawn")
+        count = drawn.kinds if isinstance(drawn, Drawn) else drawn.get("kinds", 0) if isinstance(drawn, Mapping) else 0
+        if not isinstance(count, int) or not 0 < count <= MOST_DRAWN:
+            return data
+        return {**values, "items": [f"drawn_{k}" for k in range(count)], "extra_items": ()}
+
+    def item_definitions(self) -> Mapping[str, Item]:
+        """The items of the catalogue, of `extra_items`, and those that are drawn, by name."""
+        drawn = drawn_kinds(self.drawn.kinds, self.drawn.seed, self.drawn.areal)
+        return {**super().item_definitions(), **{item.name: item for item in drawn}}
+
+    @property
+    def remembers(self) -> bool:
+        """Whether episodes are shifts whose observations have the last try and the last landing."""
+        return self.grasp.picks == "shift"
 
     def problems(self) -> Iterator[str]:
         """A sentence for each problem of values that are possible alone, and not together."""
@@ -105,11 +152,22 @@ class GraspConfig(ConveyorConfig):
             yield f"grasp.pace runs from {slow:g} to {fast:g}; the first value must not be larger"
         if self.grasp.skip and self.grasp.picks == "belt":
             yield "grasp.skip is true; on the belt, where a hand has reached the object that it sees, it must be false"
-        if self.grasp.objects > 1 and self.grasp.picks == "belt":
-            yield f"grasp.objects is {self.grasp.objects}; it must be 1 on the belt"
+        if self.grasp.objects > 1 and self.grasp.picks != "independent":
+            yield f"grasp.objects is {self.grasp.objects}; it must be 1 in a shift"
+        if self.grasp.kinds is not None:
+            yield from self._kind_problems(self.grasp.kinds)
         if self.grasp.tries > 1 and not self.belt.tracking:
             yield f"grasp.tries is {self.grasp.tries}; without belt.tracking it must be 1"
-        if self.cells.ranges:
-            yield "cells: PnTGrasp-v0 shows no landing from which a cell could be learned; leave cells out"
-        if self.drift.moves:
-            yield "drift: PnTGrasp-v0 shows no landing from which a drift could be learned; set its parts to 0"
+        if self.cells.ranges and not self.remembers:
+            yield "cells: only grasp.picks: shift shows landings from which a cell could be learned; leave cells out"
+        if self.drift.moves and not self.remembers:
+            yield "drift: only grasp.picks: shift shows landings from which a drift could be learned; set its parts to 0"
+
+    def _kind_problems(self, kinds: int) -> Iterator[str]:
+        """What is wrong with a number of kinds in each shift."""
+        if not self.remembers:
+            yield f"grasp.kinds is {kinds}; without grasp.picks: shift it must be null"
+        if kinds > len(self.items):
+            yield f"grasp.kinds is {kinds}; the level has {len(self.items)} items, so it must be at most as many"
+        if self.mix:
+            yield "mix: with grasp.kinds, a shift's kinds have frequencies of their own; leave mix out"

@@ -21,11 +21,12 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import inside_outline, picked
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.action import MODE, Wishes, names_of, read_actions
-from pnt_gym.cells.grasp.attempts import Attempts, Grasper, tries_left
+from pnt_gym.cells.grasp.attempts import Attempts, Grasper, LastTry, tries_left
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.groups import GroupPicks
-from pnt_gym.cells.grasp.observation import SPACE, GraspSight, encode
+from pnt_gym.cells.grasp.observation import LAST, GraspSight, Recall, encode, space_of
 from pnt_gym.cells.grasp.pictures import PictureMaker
+from pnt_gym.cells.grasp.shifts import ShiftPicks
 
 Observation = dict[str, NDArray[Any]]
 
@@ -48,10 +49,10 @@ class GraspCore:
 
     def __init__(self, config: GraspConfig, count: int, threads: int = 1) -> None:
         self.config, self.count = config, count
-        source = GroupPicks if config.grasp.objects > 1 else None
-        self.cell = ConveyorCell(config, count, config.grasp.picks, threads, source=source)
+        source = GroupPicks if config.grasp.objects > 1 else ShiftPicks if config.remembers else None
+        self.cell = ConveyorCell(config, count, config.grasp.picks, threads, config.remembers, source)
         self.item_names, self.dwell, self.terminates = self.cell.item_names, self.cell.dwell, self.cell.terminates
-        self.observation_space = SPACE
+        self.observation_space = space_of(config)
         self.action_space = Box(-1.0, 1.0, (len(names_of(config)),), np.float32)
         self.action_sizes: Mapping[str, int] = {MODE: len(names_of(config))}
         self.throws = Core(self.cell, "release_point")
@@ -65,6 +66,7 @@ class GraspCore:
         self.picks: Context = self.cell.context
         """The coming picks with cups in the middles of the objects' outlines (N,), of groups the objects tried last."""
         self.attempts = Attempts.none(count)
+        self._last = LastTry.of(count)
         self._images = self.pictures.pictures(*self._in_sight(np.arange(count)))
 
     @property
@@ -76,15 +78,21 @@ class GraspCore:
         """Begin new episodes in some rows, see `Core.reset`."""
         # Rows that keep a first throw have had its picture since the step that drew the throw.
         self._begin(self.throws.reset(rows, generators, seeded, request))
+        self._last.put(rows, LastTry.of(len(rows)))
 
     def observe(self) -> Observation:
         """Pictures and vectors of the coming steps (N, ...)."""
         sight = GraspSight(self.cell.context, self.attempts, self.tries_left())
-        return {"image": self._images.copy(), "vector": encode(sight)}
+        last = {"last": LAST.encode(Recall(self.cell.context, self._last))} if self.config.remembers else {}
+        return {"image": self._images.copy(), "vector": encode(sight), **last}
 
     def kinds(self) -> dict[str, NDArray[Any]]:
-        """`kind`: item that the classifier sees in each object, index into `item_names` (N,)."""
-        return self.throws.kinds()
+        """`kind`: item that the classifier sees in each object, index into `item_names` (N,).
+
+        Kinds that are drawn are new to every classifier: it sees 0 in all of them.
+        """
+        kinds = self.throws.kinds()
+        return {name: np.zeros_like(kind) for name, kind in kinds.items()} if self.config.drawn.kinds else kinds
 
     def hidden(self) -> dict[str, Floats]:
         """Values of the coming picks that no observation has, by name, (N,) each."""
@@ -103,19 +111,21 @@ class GraspCore:
         """
         wishes = read_actions(clip_actions(actions, self.count, self.action_space.shape[0], MODE), self.config)
         active = np.ones(self.count, dtype=np.bool_) if waiting is None else ~waiting
-        ends, info = self._advance(wishes, active)
+        ends, grasps, info = self._advance(wishes, active)
+        attempts, thrown = self.attempts, ends & self.attempts.holds & ~wishes.rides
         if ends.any():
             result = self._throw(wishes, ends)
         else:
             zeros = np.zeros(self.count)
             result = Step(None, zeros, zeros > 0.0, {})
+        self._last.put(np.flatnonzero(active), take(LastTry.after(grasps, attempts, thrown, result.info), active))
         self._begin(np.flatnonzero(ends))
         partial = {name: ends & result.partial.get(name, True) for name in result.info if name != "kind"}
         info |= {**result.info, **self.kinds()}
         return Step(self.observe(), np.where(ends, result.reward, 0.0), result.ended & ends, info, partial)
 
-    def _advance(self, wishes: Wishes, active: Bools) -> tuple[Bools, dict[str, NDArray[Any]]]:
-        """Grasp where actions ask for it; returns which picks end in this step (N,), and the info of all tries."""
+    def _advance(self, wishes: Wishes, active: Bools) -> tuple[Bools, Bools, dict[str, NDArray[Any]]]:
+        """Grasp where actions ask for it; returns which picks end in this step (N,), which tried, and the info."""
         before, rules = self.attempts, self.config.grasp
         gives_up = wishes.rides & ((before.tries > 0) | (rules.skip and rules.stages > 1))
         grasps = active & ~gives_up & (~before.holds | (wishes.again & (self.tries_left() > 0)))
@@ -129,7 +139,7 @@ class GraspCore:
             "vacuum": attempts.vacuum.copy(),
             "leak": attempts.leak.copy(),
         }
-        return ends, info
+        return ends, grasps, info
 
     def _grasp(self, rows: Ints, place: Floats) -> None:
         """Try to grasp the objects of some rows at places (N, 2) [m]."""

@@ -35,7 +35,7 @@ class GroupPicks(IndependentPicks):
         self.groups: Context = self._drawn(np.zeros(len(generators), dtype=np.int64), [np.random.default_rng(0)])[0]
         """The coming picks of all objects of the groups (N, M)."""
 
-    def first(self, rows: Ints) -> Context:
+    def _next(self, rows: Ints) -> Context:
         """First objects of independent groups, one group per row; groups are drawn until all throws are feasible."""
         groups, good = self._drawn(rows, self._generators)
         for _ in range(MOST_DRAWS):

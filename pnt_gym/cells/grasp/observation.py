@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from gymnasium.spaces import Box, Dict
@@ -12,8 +12,8 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.features import CLIP, Feature, FeatureTable
 from pnt_gym.cells.conveyor import observation as conveyor
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.grasp.attempts import Attempts
-from pnt_gym.cells.grasp.config import CHANNELS, MOST_TRIES, PIXELS
+from pnt_gym.cells.grasp.attempts import Attempts, LastTry
+from pnt_gym.cells.grasp.config import CHANNELS, MOST_TRIES, PIXELS, GraspConfig
 
 
 class GraspSight(NamedTuple):
@@ -31,9 +31,18 @@ class GraspSight(NamedTuple):
         return np.where(self.attempts.holds[:, None], self.attempts.last, 0.0)
 
 
+class Recall(NamedTuple):
+    """What N cells measured last."""
+
+    context: Context
+    """The coming picks, with the measurements of the last throws."""
+    step: LastTry
+    """What the last steps did."""
+
+
 def _of_pick(name: str) -> Feature:
     """A feature of the conveyor's observation."""
-    feature = next(feature for feature in conveyor.FEATURES if feature.name == name)
+    feature = next(feature for feature in (*conveyor.FEATURES, *conveyor.FEEDBACK) if feature.name == name)
     value = feature.value
     return Feature(
         feature.name, feature.unit, feature.centre, feature.scale, feature.meaning, lambda s: value(s.context)
@@ -61,12 +70,33 @@ FEATURES: Final = (
 )
 TABLE: Final = FeatureTable(FEATURES)
 _GAUGED: Final = np.array([name in _GAUGE for name in TABLE.names])
-SPACE: Final = Dict(
-    {
-        "image": Box(0, 255, (CHANNELS, PIXELS, PIXELS), np.uint8),
-        "vector": Box(-CLIP, CLIP, (len(TABLE),), np.float32),
-    }
-)
+LAST: Final = FeatureTable(
+    (
+        Feature("tried", "-", 0.0, 1.0, "1 where the last step was a try, else 0", lambda r: r.step.tried),
+        Feature("held", "-", 0.0, 1.0, "1 where the object hung after the last step, else 0", lambda r: r.step.held),
+        Feature("vacuum", "N", 0.0, 20.0, "vacuum by the gauge in that try; 0 without", lambda r: r.step.vacuum),
+        Feature("tried_x", "m", 0.0, _PLACE, "cup in that try, from the picture's middle; 0 without",
+                lambda r: r.step.place[:, 0]),
+        Feature("tried_y", "m", 0.0, _PLACE, "cup in that try, from the picture's middle; 0 without",
+                lambda r: r.step.place[:, 1]),
+        Feature("thrown", "-", 0.0, 1.0, "1 where the last step threw an object, else 0", lambda r: r.step.thrown),
+        Feature("pace", "-", 0.0, 1.0, "pace of that throw; 0 without", lambda r: r.step.pace),
+        Feature("dropped", "-", 0.0, 1.0, "1 where the cup lost the object on its way, else 0",
+                lambda r: r.step.dropped),
+        *map(_of_pick, (feature.name for feature in conveyor.FEEDBACK)),
+    )
+)  # fmt: skip
+"""Entries of the last try and the last landing, in shifts."""
+_VIEWS: Final = {
+    "image": Box(0, 255, (CHANNELS, PIXELS, PIXELS), np.uint8),
+    "vector": Box(-CLIP, CLIP, (len(TABLE),), np.float32),
+}
+
+
+def space_of(config: GraspConfig) -> Dict:
+    """Observations of a level."""
+    last: dict[str, Any] = {"last": Box(-CLIP, CLIP, (len(LAST),), np.float32)} if config.remembers else {}
+    return Dict({**_VIEWS, **last})
 
 
 def encode(sight: GraspSight) -> NDArray[np.float32]:

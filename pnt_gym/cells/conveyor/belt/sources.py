@@ -102,6 +102,10 @@ class IndependentPicks(PickSource):
 
     def first(self, rows: Ints) -> Context:
         """One independent pick per row; objects are drawn until their throw is feasible."""
+        return self._next(rows)
+
+    def _next(self, rows: Ints) -> Context:
+        """The coming picks of some rows, one per row."""
         context, good = self._attempt(rows)
         for _ in range(MOST_DRAWS):
             pending = (~good).nonzero()[0]
@@ -121,7 +125,7 @@ class IndependentPicks(PickSource):
         back = self._planner.mover.back(motion, position, limits)
         # First picks of all rows, drawn in those that are not held back; one of these stands in for the others.
         rows = np.flatnonzero(~self._held)
-        context = take(self.first(rows), stand_ins(rows, len(self._held)))
+        context = take(self._next(rows), stand_ins(rows, len(self._held)))
         return NextPick(np.zeros_like(x), context, back)
 
     def _attempt(self, rows: Ints) -> tuple[Context, Bools]:

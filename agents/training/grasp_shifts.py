@@ -1,0 +1,95 @@
+"""Practice of many simulated shifts of grasps: `python -m agents.training.grasp_shifts --out FILE.npz`."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Final
+
+import numpy as np
+
+from ..controllers.shift_values import ShiftValues
+from ..ground.cli import at_least, check_libraries, option, run
+from ..ground.environments import core_of, make_vector, stream_seed
+from ..ground.fitting import on_one_thread
+from ..ground.infos import rows_thrown
+from ..ground.outputs import check_ending, check_writable, deliver
+from ..judging.loop import observed
+
+ENV: Final = "PnTGrasp-v0"
+ROWS: Final = 64
+"""Shifts side by side; a part of what a seed means."""
+TRIES: Final = 16_000
+"""Tries in a calibrated cell, from which the gauge is foretold."""
+ROUNDS: Final = (0.25, 0.5, 0.75)
+"""Shares of the practice after which the networks are fitted; the last fit is after all of it."""
+QUICK_STEPS, STEPS = 600, 2500
+"""Gradient steps of a fit in practice, and of the last one."""
+KINDS: Final = 1000
+"""Seed of the kinds in practice, for seed 0; the level's own seed is far from these."""
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Practise shifts of grasps whose kinds are drawn with seeds of their own, and write the networks."""
+
+    picks: int = 12_800
+    """Picks in all shifts together."""
+    seed: int = 0
+    """Seed of kinds, shifts, choices and fits."""
+    memory: bool = True
+    """Whether what the shift has shown is among the features; without, the networks learn from the same shifts."""
+    out: Annotated[Path | None, option("none", "FILE.npz")] = None
+    """File of the networks' arrays: the option `file` of shift_values."""
+
+
+def main(arguments: Arguments) -> None:
+    """Practise and save."""
+    at_least(vars(arguments), picks=1000, seed=0)
+    check_ending("--out", arguments.out, (".npz",))
+    check_writable(arguments.out)
+    check_libraries("torch")
+    controller = practise_shifts(arguments.seed, arguments.memory, arguments.picks)
+    if arguments.out is not None:
+        deliver(arguments.out, lambda path: _save(controller, path))
+
+
+def _save(controller: ShiftValues, path: Path) -> None:
+    with path.open("wb") as file:  # given a name, numpy would append a suffix
+        np.savez(file, controller=np.array(controller.name), **controller.state())
+
+
+@on_one_thread
+def practise_shifts(seed: int, remembers: bool, picks: int, tries: int = TRIES) -> ShiftValues:
+    """A controller that has practised on shifts with drawn kinds.
+
+    Args:
+        seed: seed of kinds, shifts, choices and fits.
+        remembers: whether the memory is among the features.
+        picks: picks in all shifts together.
+        tries: tries from which the gauge is foretold.
+    """
+    level = {"base": "grasp_shift", "drawn": {"seed": KINDS + seed}}
+    with closing(make_vector(ENV, level, ROWS, 1)) as env:
+        controller = ShiftValues(core_of(env), file=None)
+        controller.begin_practice(seed, remembers, tries)
+        features, info = env.reset(seed=stream_seed("practice", seed))
+        done, due = 0, [round(share * picks) for share in ROUNDS]
+        while done < picks:
+            features, _, _, _, info = env.step(controller.act(observed(features, info["kind"])))
+            rows = np.flatnonzero(rows_thrown(info, ROWS))
+            if rows.size == 0:
+                continue
+            controller.settle(rows, observed(features, info["kind"]), info["sorted"][rows], info["cycle_time"][rows])
+            done += len(rows)
+            if due and done >= due[0]:
+                due = due[1:]
+                controller.fit(QUICK_STEPS)
+        controller.fit(STEPS)
+        controller.end_practice()
+    return controller
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.training.grasp_shifts")
