@@ -1,4 +1,4 @@
-"""Room between floor and ceiling: what is the best possible in each environment, and how much of it is taken."""
+"""Room between beginning and ceiling: what is the best possible in each environment, and how much of it is taken."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ ROLES: Final = ("floor", "planner", "rule", "learner")
 HEADER: Final = (
     "environment",
     "level",
-    "floor",
+    "begins at",
     "best planner",
     "best rule",
     "best learner",
@@ -67,10 +67,10 @@ def grid(results: Path) -> Grid:
         "Sorted objects a minute; value a minute on `PnTLine-v0`, where the ceiling is the bound of expected values, "
         "which no order passes on average. All other ceilings are *reached* by a controller that knows what no other "
         "one can know. The best of each kind is chosen by these throws. *Left*: from the best of all to the ceiling, "
-        "and its share of the way from floor to ceiling. *World*: in which the throws were simulated; it is "
+        "and its share of the way from the beginning, which the simplest controller brings, to the ceiling. *World*: in which the throws were simulated; it is "
         f"{WORLD} now."
     )
-    return Grid("Floors, ceilings, and what is left between them", HEADER, rows, note)
+    return Grid("Beginnings, ceilings, and what is left between them", HEADER, rows, note)
 
 
 def _line(room: Room, found: Mapping[str, float]) -> list[str]:
