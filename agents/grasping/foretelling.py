@@ -27,7 +27,7 @@ RANGE: Final = 6.0
 RANDOM: Final = 0.4
 """Share of the tries that are at random places, before the first fit."""
 ROUND: Final = 1600
-"""Tries between two fits."""
+"""About so many tries lie between two fits."""
 EXPLORES: Final = 0.15
 """Share of the later tries that are random."""
 TEMPERATURE: Final = 0.05
@@ -119,15 +119,15 @@ class Foretold:
         The table is of the last tries, before which the regression was fitted.
         """
         random, first = np.random.default_rng([seed, 5]), int(RANDOM * tries)
-        tried, begin = _Tried.none(), 0
-        for size in (first, *[ROUND] * ((tries - first) // ROUND)):
+        tried, begin, rounds = _Tried.none(), 0, max((tries - first) // ROUND, 1)
+        for number, size in enumerate((first, *[(tries - first) // rounds] * rounds)):
             scenes = Scenes.draw(level, size, 7919 * (seed + 1) + begin)
             parts = [self._try(part, random, is_random=begin == 0) for part in scenes.parts(PART)]
             fresh, begin = _Tried(*map(np.concatenate, zip(*parts, strict=True))), begin + size
-            if begin > first:
-                self._table = self._spread(fresh, self._table if begin > first + size else None)
+            if number > 0:
+                self._table = self._spread(fresh, self._table if number > 1 else None)
             tried = _Tried(*map(np.concatenate, zip(tried, fresh, strict=True)))
-            steps = STEPS if begin + ROUND > tries else QUICK_STEPS
+            steps = STEPS if number == rounds else QUICK_STEPS
             self._regressor.fit(tried.values[tried.on], tried.label[tried.on], seed, steps)
             self._is_fitted = True
 
