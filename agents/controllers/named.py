@@ -94,8 +94,8 @@ _GRASPS: Mapping[str, Any] = {
     "remembering": Remembering,
     "shift_values": ShiftValues,
 }
-"""Controllers that choose where to grasp in ways of their own: one learns from rewards, one simulates beforehand, and two
-remember what their shift has shown."""
+"""Controllers that choose where to grasp in ways of their own: one learns from rewards, one simulates beforehand,
+and two remember what their shift has shown."""
 _RELEASES: Final[Mapping[str, Callable[..., OnPolicyRegression]]] = {"shipped": shipped_release, "none": new_release}
 """How the residual of a controller that grasps begins."""
 CHEATS: Final = ("true_surface", "oracle_grasp", "oracle", "oracle_drift")
@@ -203,8 +203,8 @@ WORDS: Final[Mapping[str, str]] = {
     "flattest": "Grasps where the picture is flat under the cup and around; `rule` is depth, colour or naive",
     "local_mlp": "Grasps where a network on features of the picture expects the most; it learned from tries on `grasp`",
     "fitted_q": "Grasps and throws by two networks of values, which learned on `grasp` from rewards alone",
-    "remembering": "Grasps, gives up and corrects by rules, with a memory of its shift: readings of the gauge, and landings",
-    "shift_values": "Grasps, throws and gives up by networks that learned from simulated shifts to use such a memory",
+    "remembering": "Grasps, gives up and corrects by rules that remember readings of the gauge and landings of a shift",
+    "shift_values": "Grasps, throws and gives up by networks that learned from many shifts to use such a memory",
     "true_surface": "Cheats: grasps where a try is worth most by the true surface, without the error of the cup",
     "oracle_grasp": "Cheats: simulates each try and each throw first, and takes the fastest throw that is sorted",
     "oracle_drift": "Cheats: an MLP, minus the effect of the true drift; draught is not corrected",

@@ -1,8 +1,8 @@
 """A hand-written rule with a memory of its shift: where the cup comes down, and what held and landed of each look.
 
-The rule foretells the gauge by a linear regression on the picture, and weighs the errors that the cup may have by the
-readings of all tries (Bayes on a grid). It gives an object up whose look was seldom sorted, and takes off a release what
-objects of its look missed before.
+The rule foretells the gauge by a linear regression on the picture, and weighs the errors that the cup may have by all
+readings (Bayes on a grid). It gives an object up whose look was seldom sorted, and takes off a release what objects of
+its look missed before.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.images import pixel_places
 
-from ..grasping.features import best_places
+from ..grasping.features import best_places, blur_maps
 from ..grasping.foretelling import Foretold, Straight
 from ..grasping.gauge import SAFETY
 from ..grasping.memory import USUAL, expected
@@ -33,7 +33,7 @@ FILE: Final = GRASPING / "remembering.npz"
 
 @final
 class Remembering(Controller):
-    """Grasps where the gauge is foretold to hold, by the errors that the cup may have, and corrects by earlier landings.
+    """Grasps where the gauge is foretold to hold, over the errors that the cup may have, and corrects by landings.
 
     Args:
         core: the cells.
@@ -92,6 +92,6 @@ class Remembering(Controller):
 
     def _places(self, rows: Ints) -> tuple[Floats, Floats]:
         """Places of the cups of some rows (K, 2) [m], and the probabilities that they hold (K,)."""
-        holds = expected(self._foretold.held(self._watcher.maps(rows)), self._watcher.memory.weights(rows))
+        holds = expected(blur_maps(self._foretold.held(self._watcher.maps(rows))), self._watcher.memory.weights(rows))
         holds[:, np.abs(pixel_places()).max(axis=-1) > self._core.config.grasp.reach] = 0.0
         return best_places(holds), holds.reshape(len(rows), -1).max(axis=1)

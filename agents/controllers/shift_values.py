@@ -1,8 +1,9 @@
 """The controller of shifts of grasps that learned from many simulated shifts how to use its memory.
 
-The memory is that of the hand-written rule: what the cup's error may be, and means over earlier objects of a look. Three
-regressions have its numbers among their features: the value of a try, the value of paces, and the correction of the
-release. The cup goes to one of a few places that hold most probably. A value is the chance that the object is sorted, less the price of the time until the next one.
+The memory is that of the hand-written rule: what the cup's error may be, and means over earlier objects of a look.
+Three regressions have its numbers among their features: the value of a try, the value of paces, and the correction of
+the release. The cup goes to one of a few places that hold most probably. A value is the chance that the object is
+sorted, less the price of the time until the next one.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.images import pixel_places
 from pnt_gym.cells.grasp.observation import LAST, TABLE
 
-from ..grasping.foretelling import Foretold, networks_foretell
+from ..grasping.features import blur_maps
+from ..grasping.foretelling import networks_foretell
 from ..grasping.memory import MEMORIES, expected
 from ..grasping.network import PlaceNetwork
 from ..ground.places import GRASPING, at
@@ -144,7 +146,7 @@ class ShiftValues(Controller):
             surprise = watcher.recall().surprise[rows]
             foretold = np.where(foretold > 0.0, np.clip(foretold + surprise[:, None, None], 0.0, 1.0), 0.0)
             weights = memory.weights(rows)
-        holds = expected(self._foretold.held(foretold), weights)
+        holds = expected(blur_maps(self._foretold.held(foretold)), weights)
         pixels = pixel_places()
         holds[:, np.abs(pixels).max(axis=-1) > self._config.grasp.reach] = 0.0
         shown = watcher.maps(rows) > 0.0
@@ -209,11 +211,11 @@ class ShiftValues(Controller):
 
     # Learning
 
-    def begin_practice(self, seed: int, remembers: bool, tries: int) -> None:
-        """Begin to explore, with a gauge that is foretold from tries in a calibrated cell."""
+    def begin_practice(self, seed: int, remembers: bool, gauge: State) -> None:
+        """Begin to explore, with a state of what foretells the gauge."""
         self._remembers, self._seed = remembers, seed
         self._practice = Practising(seed)
-        self._foretold.practise(self._config, tries, seed)
+        self._foretold.restore(gauge)
 
     def end_practice(self) -> None:
         """Stop to explore."""

@@ -11,7 +11,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, take
+from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.observation import LAST, TABLE

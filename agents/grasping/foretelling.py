@@ -7,16 +7,16 @@ spread where the regression foretells a value.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final, Protocol, final
+from typing import Any, Final, NamedTuple, Protocol, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.cells.grasp.images import pixel_places
 
-from .features import NAMES, SIGHTS, PlaceFeatures, place_features
+from .features import NAMES, SIGHTS, PlaceFeatures, blur_maps, place_features
 from .network import PlaceNetwork
 from .scenes import Scenes
 
@@ -24,10 +24,19 @@ BINS: Final = 10
 """Parts of the range of labels, foretold and read."""
 RANGE: Final = 6.0
 """Range of the logarithm of the vacuum over the least one, which labels from 0 to 1 stand for."""
-STEPS: Final = 3000
+RANDOM: Final = 0.4
+"""Share of the tries that are at random places, before the first fit."""
+ROUND: Final = 1600
+"""About so many tries lie between two fits."""
+EXPLORES: Final = 0.15
+"""Share of the later tries that are random."""
+TEMPERATURE: Final = 0.05
+"""Of the other tries: a place is tried with a probability proportional to exp(chance to hold / temperature)."""
+QUICK_STEPS, STEPS = 500, 2500
+"""Gradient steps of a fit on the way, and of the last one."""
 PART: Final = 2000
 """Objects whose pictures are seen at once, to bound the memory."""
-BESIDE: Final = 0.3
+BESIDE: Final = 0.15
 """Share of the tries that are anywhere around the object's middle, also beside the object."""
 AROUND: Final = 0.08
 """Largest distance of these tries from the middle, along each axis [m]."""
@@ -100,29 +109,47 @@ class Foretold:
     """
 
     def __init__(self, regressor: Foreteller) -> None:
-        self._regressor = regressor
+        self._regressor, self._is_fitted = regressor, False
         self._table = np.full((BINS, BINS), 1.0 / BINS)
         """Shares of the labels that were read (columns), by the label that was foretold (rows)."""
 
     def practise(self, level: str | GraspConfig, tries: int, seed: int) -> None:
-        """Learn from tries at fresh objects of a level, in a cell without drift."""
-        random = np.random.default_rng([seed, 5])
-        scenes = Scenes.draw(level, tries, 7919 * (seed + 1))
-        seen, values, read = list[Any](), list[Floats](), list[Floats]()
-        for part in scenes.parts(PART):
-            features = place_features(part.images, part.radius)
-            places, rows = _places(features, random)
-            read.append(labels(part.try_places(places).vacuum, part.radius, part.surface))
-            seen.append(rows >= 0)
-            values.append(features.values[np.maximum(rows, 0)])
-        on, x, y = np.concatenate(seen), np.concatenate(values), np.concatenate(read)
-        half = np.arange(len(y)) < len(y) // 2
-        self._regressor.fit(x[on & half], y[on & half], seed, STEPS)
-        foretold = np.where(on, self._regressor.predict(x), 0.0)
-        rest = ~half  # of other objects than those of the fit
-        count = np.full((BINS, BINS), 0.5)
-        np.add.at(count, (_bins(foretold[rest]), _bins(y[rest])), 1.0)
-        self._table = count / count.sum(axis=1, keepdims=True)
+        """Learn from tries at fresh objects in a cell without drift: at random first, then where a hold is likely.
+
+        The table is of the last tries, before which the regression was fitted.
+        """
+        random, first = np.random.default_rng([seed, 5]), int(RANDOM * tries)
+        tried, begin, rounds = _Tried.none(), 0, max((tries - first) // ROUND, 1)
+        for number, size in enumerate((first, *[(tries - first) // rounds] * rounds)):
+            scenes = Scenes.draw(level, size, 7919 * (seed + 1) + begin)
+            parts = [self._try(part, random, is_random=begin == 0) for part in scenes.parts(PART)]
+            fresh, begin = _Tried(*map(np.concatenate, zip(*parts, strict=True))), begin + size
+            if number > 0:
+                self._table = self._spread(fresh, self._table if number > 1 else None)
+            tried = _Tried(*map(np.concatenate, zip(tried, fresh, strict=True)))
+            steps = STEPS if number == rounds else QUICK_STEPS
+            self._regressor.fit(tried.values[tried.on], tried.label[tried.on], seed, steps)
+            self._is_fitted = True
+
+    def _try(self, scenes: Scenes, random: np.random.Generator, *, is_random: bool) -> _Tried:
+        """One try at each object."""
+        features = place_features(scenes.images, scenes.radius)
+        score = random.gumbel(size=len(features.picture))
+        if not is_random:
+            holds = blur_maps(self.held(self.maps(features)))
+            worth = holds[features.picture, features.pixel[:, 0], features.pixel[:, 1]]
+            score += (random.random(features.pictures) >= EXPLORES)[features.picture] * worth / TEMPERATURE
+        places, rows = _places(features, score, random)
+        label = labels(scenes.try_places(places).vacuum, scenes.radius, scenes.surface)
+        return _Tried(rows >= 0, features.values[np.maximum(rows, 0)], label)
+
+    def _spread(self, tried: _Tried, before: Floats | None) -> Floats:
+        """Shares of the labels of tries by the labels that were foretold, averaged with those before."""
+        foretold = np.where(tried.on, self._regressor.predict(tried.values), 0.0)
+        count = np.full((BINS, BINS), 0.2)
+        np.add.at(count, (_bins(foretold), _bins(tried.label)), 1.0)
+        share = count / count.sum(axis=1, keepdims=True)
+        return share if before is None else (before + share) / 2.0
 
     def maps(self, features: PlaceFeatures) -> Floats:
         """Labels that are foretold (N, 48, 48); 0 beside the objects."""
@@ -134,7 +161,9 @@ class Foretold:
         return self._table[_bins(foretold), _bins(read).reshape(shape)]
 
     def held(self, foretold: Floats) -> Floats:
-        """Probabilities that the vacuum is enough, where labels are foretold."""
+        """Probabilities that the vacuum is enough, where labels are foretold; those labels before the first tries."""
+        if not self._is_fitted:
+            return foretold
         return self._table[:, BINS // 2 :].sum(axis=1)[_bins(foretold)]
 
     def state(self) -> dict[str, Any]:
@@ -143,6 +172,7 @@ class Foretold:
 
     def restore(self, state: Mapping[str, NDArray[Any]]) -> None:
         """Load a fit."""
+        self._is_fitted = True
         self._regressor.restore({name: array for name, array in state.items() if name != "table"})
         self._table = np.asarray(state["table"], dtype=np.float64)
 
@@ -156,9 +186,24 @@ def _bins(labels: Floats) -> Ints:
     return np.minimum((labels * BINS).astype(np.int64), BINS - 1)
 
 
-def _places(features: PlaceFeatures, random: np.random.Generator) -> tuple[Floats, Ints]:
+class _Tried(NamedTuple):
+    """N tries."""
+
+    on: Bools
+    """Whether the cup was sent to a pixel that shows the object (N,)."""
+    values: Floats
+    """Features of the place (N, D)."""
+    label: Floats
+
+    @classmethod
+    def none(cls) -> _Tried:
+        """No try yet."""
+        return cls(np.zeros(0, dtype=np.bool_), np.zeros((0, len(NAMES))), np.zeros(0))
+
+
+def _places(features: PlaceFeatures, score: Floats, random: np.random.Generator) -> tuple[Floats, Ints]:
     """A place for each picture (N, 2) [m], and its row in the features (N,), -1 beside the object."""
-    places = features.best(random.gumbel(size=len(features.picture)))
+    places = features.best(score)
     anywhere = random.random(features.pictures) < BESIDE
     places[anywhere] = random.uniform(-AROUND, AROUND, (int(anywhere.sum()), 2))
     grid = features.maps(np.arange(len(features.picture), dtype=np.float64), -1.0)

@@ -175,13 +175,14 @@ class ShiftMemory:
             [error[:, :1] * ex + error[:, 1:] * ey, error[:, 1:] * ex - error[:, :1] * ey], axis=-1
         )
         off = events.off - part
+        held, dropped, hit = (values.astype(np.float64) for values in (events.held, events.dropped, events.hit))
         return Recalled(
             (like * events.tried[slots]).sum(axis=1),
-            mean(events.held - USUAL, events.tried, 1.0),
+            mean(held - USUAL, events.tried, 1.0),
             mean(events.surprise, events.tried, 1.0),
             (like * events.thrown[slots]).sum(axis=1),
-            mean(events.dropped - 0.0, events.thrown, 1.0),
-            mean(events.hit - USUAL, events.thrown, 1.0),
+            mean(dropped, events.thrown, 1.0),
+            mean(hit - USUAL, events.thrown, 1.0),
             (like * events.landed[slots]).sum(axis=1),
             mean(off[:, 0], events.landed, 0.5),
             mean(off[:, 1], events.landed, 0.5),

@@ -11,7 +11,7 @@ import importlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Final, NamedTuple, Self, final
+from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,7 +145,7 @@ class Scenes:
         return np.concatenate([take(self, rows[part]).try_places(places[part]).worth for part in parts])
 
     def _allowed(self, vacuum: Floats, places: Floats) -> Bools:
-        """Whether gauge and scales allow throws at `PERCENT`, by the gauge (N,) [N] of cups sent to places (N, 2) [m]."""
+        """Whether gauge and scales allow throws at `PERCENT`, by the gauge (N,) [N] at places (N, 2) [m]."""
         objects, seen = self.objects, self.objects.measured
         offset = np.hypot(*places.T)
         hold = Hold(vacuum, seen.mass, objects.cup_friction, seen.size[:, 2] / 2.0, offset, objects.cup_radius)

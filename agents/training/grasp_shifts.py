@@ -5,11 +5,15 @@ from __future__ import annotations
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 
+from pnt_gym.cells.grasp.config import GraspConfig
+
+from ..controllers.protocol import State
 from ..controllers.shift_values import ShiftValues
+from ..grasping.foretelling import networks_foretell
 from ..ground.cli import at_least, check_libraries, option, run
 from ..ground.environments import core_of, make_vector, stream_seed
 from ..ground.fitting import on_one_thread
@@ -21,10 +25,10 @@ ENV: Final = "PnTGrasp-v0"
 ROWS: Final = 64
 """Shifts side by side; a part of what a seed means."""
 TRIES: Final = 16_000
-"""Tries in a calibrated cell, from which the gauge is foretold."""
-ROUNDS: Final = (0.25, 0.5, 0.75)
+"""Tries in a calibrated cell, from which the gauge is foretold; the same for all seeds of the learning."""
+ROUNDS: Final = (0.3, 0.6)
 """Shares of the practice after which the networks are fitted; the last fit is after all of it."""
-QUICK_STEPS, STEPS = 600, 2500
+QUICK_STEPS, STEPS = 400, 1500
 """Gradient steps of a fit in practice, and of the last one."""
 KINDS: Final = 1000
 """Seed of the kinds in practice, for seed 0; the level's own seed is far from these."""
@@ -34,7 +38,7 @@ KINDS: Final = 1000
 class Arguments:
     """Practise shifts of grasps whose kinds are drawn with seeds of their own, and write the networks."""
 
-    picks: int = 12_800
+    picks: int = 6_400
     """Picks in all shifts together."""
     seed: int = 0
     """Seed of kinds, shifts, choices and fits."""
@@ -50,30 +54,40 @@ def main(arguments: Arguments) -> None:
     check_ending("--out", arguments.out, (".npz",))
     check_writable(arguments.out)
     check_libraries("torch")
-    controller = practise_shifts(arguments.seed, arguments.memory, arguments.picks)
+    controller = practise_shifts(arguments.seed, arguments.memory, arguments.picks, practise_gauge(TRIES))
     if arguments.out is not None:
         deliver(arguments.out, lambda path: _save(controller, path))
 
 
 def _save(controller: ShiftValues, path: Path) -> None:
+    arrays: dict[str, Any] = {"controller": np.array(controller.name), **controller.state()}
     with path.open("wb") as file:  # given a name, numpy would append a suffix
-        np.savez(file, controller=np.array(controller.name), **controller.state())
+        np.savez(file, **arrays)
 
 
 @on_one_thread
-def practise_shifts(seed: int, remembers: bool, picks: int, tries: int = TRIES) -> ShiftValues:
+def practise_gauge(tries: int) -> State:
+    """State of networks that foretell the gauge, from tries at drawn kinds in a calibrated cell."""
+    foretold = networks_foretell()
+    foretold.practise(GraspConfig.load({"base": "grasp_shift", "drawn": {"seed": KINDS}}), tries, 0)
+    return foretold.state()
+
+
+@on_one_thread
+def practise_shifts(seed: int, remembers: bool, picks: int, gauge: State) -> ShiftValues:
     """A controller that has practised on shifts with drawn kinds.
 
     Args:
         seed: seed of kinds, shifts, choices and fits.
         remembers: whether the memory is among the features.
         picks: picks in all shifts together.
-        tries: tries from which the gauge is foretold.
+        gauge: state of what foretells the gauge, see `practise_gauge`.
     """
     level = {"base": "grasp_shift", "drawn": {"seed": KINDS + seed}}
     with closing(make_vector(ENV, level, ROWS, 1)) as env:
-        controller = ShiftValues(core_of(env), file=None)
-        controller.begin_practice(seed, remembers, tries)
+        core: Any = core_of(env)
+        controller = ShiftValues(core, file=None)
+        controller.begin_practice(seed, remembers, gauge)
         features, info = env.reset(seed=stream_seed("practice", seed))
         done, due = 0, [round(share * picks) for share in ROUNDS]
         while done < picks:

@@ -19,7 +19,7 @@ from agents.ground.places import SHIPPED as ROOT
 
 from .marks import fence, table
 
-CHECKOUT: Final = ("grasping.__main__", "reproduce.__main__", "report.__main__")
+CHECKOUT: Final = ("grasping.__main__", "training.grasp_shifts", "reproduce.__main__", "report.__main__")
 """Commands beside `pnt-gym`: they make networks, or need the papers' parts or results."""
 WIDTH: Final = 100
 """Columns of the help."""

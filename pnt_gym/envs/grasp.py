@@ -40,10 +40,10 @@ class PnTGraspEnv(CoreEnv, observes=TABLE):
     With `grasp.stages: 1` a level makes one step of both phases, a contextual bandit: grasp and throw are chosen from
     the picture alone. With `grasp.picks: belt` an episode is a shift at the moving belt, as in PnTConveyor-v0.
 
-    With `grasp.picks: shift` an episode is a shift of unrelated objects, and observations have the last try and the last
-    landing. So what stays for a shift can be learned within it: an error of the cup's place (`drift.camera`), and with
-    `grasp.kinds` a few kinds that come again and again. On the level `grasp_shift` these are kinds that are drawn from
-    ranges and that no agent saw; the classifier sees 0 in all of them.
+    With `grasp.picks: shift` an episode is a shift of unrelated objects, and observations have the last try and the
+    last landing. So what stays for a shift can be learned within it: an error of the cup's place (`drift.camera`), and
+    with `grasp.kinds` a few kinds that come again and again. On the level `grasp_shift` these are kinds that are drawn
+    from ranges and that no agent saw; the classifier sees 0 in all of them.
 
     ## Action Space
 
@@ -75,9 +75,10 @@ class PnTGraspEnv(CoreEnv, observes=TABLE):
     side to the near side. The picture's middle is the middle of the outline, with an error of 3 mm; the cup goes to its
     place with a further error of 4 mm, which nobody sees. The picture stays the same until the next object comes.
 
-    In shifts of unrelated objects there is a third array, `last`, `Box(-5, 5, (16,), float32)`: whether the last step was
-    a try and held, its vacuum and place, whether the step threw, the pace, whether the cup lost the object, and the eight
-    entries of PnTAdapt-v0 on the last landing. The last of them, `shift_gone`, is 0 until the first object is over.
+    In shifts of unrelated objects there is a third array, `last`, `Box(-5, 5, (16,), float32)`: whether the last step
+    was a try, whether the object hung after it, vacuum and place of the try, whether the step threw, the pace, whether
+    the cup lost the object, and the eight entries of PnTAdapt-v0 on the last landing. The last of these, `shift_gone`,
+    is 0 until the first object is over.
 
     `vector` has measurements as (value - centre) / scale, clipped. The five entries of gauge and scales are 0 before
     the object hangs. With the object under the cup, the plan is that from the place of the cup. No hidden value enters.

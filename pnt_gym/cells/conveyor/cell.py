@@ -54,8 +54,8 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     Args:
         config: description of the cell.
         count: number of cells N.
-        picks: "belt" for a stream of objects on the moving belt, "independent" for unrelated picks, "shift" for unrelated
-            picks in episodes as long as on the belt.
+        picks: "belt" for a stream of objects on the moving belt, "independent" for unrelated picks, "shift" for
+            unrelated picks in episodes as long as on the belt.
         threads: worker threads of the physics; results do not depend on it.
         feedback: whether a camera over the bins measures each landing for the next observation, in shifts.
         source: kind of source of the picks; None for that of `picks`.

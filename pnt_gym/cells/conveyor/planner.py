@@ -37,7 +37,7 @@ TRIAL_THROWS: Final = 50
 """Number of trial throws at a bin before a warning that the bin is out of reach."""
 KindDraws: TypeAlias = Callable[[Ints, Floats], Floats]
 """From rows (K,) and uniform draws (K, C) to the draws by which the kinds of the rows' objects are chosen (K, C)."""
-KIND_DRAW: Final[int] = Uniforms.dtype.names.index("kind")
+KIND_DRAW: Final = [*Uniforms.fields].index("kind")
 """Column of the uniform draws by which an object's kind is chosen; the first column, before any field of several."""
 _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
     "straight": StraightMover,

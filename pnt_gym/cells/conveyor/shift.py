@@ -156,8 +156,8 @@ class DriftingCells(SteadyCells):
     def __init__(self, config: ConveyorConfig, generators: Generators) -> None:
         if not FEWEST_PICKS <= config.picks_per_shift <= MOST_PICKS:
             raise ConfigError(
-                f"picks_per_shift is {config.picks_per_shift}; where a camera sees landings it must be {FEWEST_PICKS} to "
-                f"{MOST_PICKS}"
+                f"picks_per_shift is {config.picks_per_shift}; where a camera sees landings it must be "
+                f"{FEWEST_PICKS} to {MOST_PICKS}"
             )
         super().__init__(config, generators)
         self._schedule = DriftSchedule.draw(generators, config)

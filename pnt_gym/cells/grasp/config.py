@@ -78,9 +78,9 @@ class Grasping(Section):
     )
     picks: Literal["independent", "shift", "belt"] = Field(
         default="independent",
-        description="Unrelated objects, one in each episode (independent); a shift of `picks_per_shift` unrelated objects, "
-        "whose observations have the last try and the last landing, so that a shift's `drift` and kinds can be learned "
-        "(shift); or a shift of as many objects on the belt (belt).",
+        description="Unrelated objects, one in each episode (independent); a shift of `picks_per_shift` unrelated "
+        "objects, whose observations have the last try and the last landing, so that a shift's `drift` and kinds can "
+        "be learned (shift); or a shift of as many objects on the belt (belt).",
     )
     kinds: Annotated[int, Field(ge=1, le=MOST_DRAWN)] | None = Field(
         default=None,
@@ -102,8 +102,8 @@ class Drawn(Section):
     seed: Annotated[int, Field(ge=0, lt=2**32)] = Field(default=0, description="Seed from which they are drawn.")
     areal: Annotated[float, Field(ge=0, le=3)] = Field(
         default=0.75,
-        description="Least mass over the area from above; lighter kinds, which air carries away from any bin, are drawn "
-        "again. The lightest of the catalogue have 0.78 [kg/m2].",
+        description="Least mass over the area from above; lighter kinds, which air carries away from any bin, are "
+        "drawn again. The lightest of the catalogue have 0.78 [kg/m2].",
     )
 
 
@@ -125,11 +125,12 @@ class GraspConfig(ConveyorConfig):
 
     @model_validator(mode="before")
     @classmethod
-    def _draw_items(cls, data: Any) -> Any:
+    def _draw_items(cls, data: object) -> object:
         """The level with the names of drawn kinds as its items; a section that is wrong is refused by its own form."""
-        values = cast("Mapping[str, Any]", data) if isinstance(data, Mapping) else {}
+        values: dict[str, Any] = {**cast("Mapping[str, Any]", data)} if isinstance(data, Mapping) else {}
         drawn: Any = values.get("drawn")
-        count = drawn.kinds if isinstance(drawn, Drawn) else drawn.get("kinds", 0) if isinstance(drawn, Mapping) else 0
+        section: dict[str, Any] = {**cast("Mapping[str, Any]", drawn)} if isinstance(drawn, Mapping) else {}
+        count: Any = drawn.kinds if isinstance(drawn, Drawn) else section.get("kinds")
         if not isinstance(count, int) or not 0 < count <= MOST_DRAWN:
             return data
         return {**values, "items": [f"drawn_{k}" for k in range(count)], "extra_items": ()}
@@ -161,7 +162,8 @@ class GraspConfig(ConveyorConfig):
         if self.cells.ranges and not self.remembers:
             yield "cells: only grasp.picks: shift shows landings from which a cell could be learned; leave cells out"
         if self.drift.moves and not self.remembers:
-            yield "drift: only grasp.picks: shift shows landings from which a drift could be learned; set its parts to 0"
+            text = "drift: only grasp.picks: shift shows landings from which a drift could be learned"
+            yield f"{text}; set its parts to 0"
 
     def _kind_problems(self, kinds: int) -> Iterator[str]:
         """What is wrong with a number of kinds in each shift."""

@@ -34,9 +34,11 @@ class ShiftPicks(IndependentPicks):
 
     def first(self, rows: Ints) -> Context:
         """First picks of new shifts, one per row."""
-        for row in rows:
-            with move_aside(self._generators[row], Purpose.KINDS):
-                self._kinds[row] = self._generators[row].permutation(self._items)[: len(self._bounds)]
+        for row in rows.tolist():
+            generator = self._generators[row]
+            with move_aside(generator, Purpose.KINDS):
+                order: Ints = generator.permutation(np.arange(self._items))
+            self._kinds[row] = order[: len(self._bounds)]
         return super().first(rows)
 
     def _attempt(self, rows: Ints) -> tuple[Context, Bools]:
@@ -45,6 +47,6 @@ class ShiftPicks(IndependentPicks):
 
     def _of_shifts(self, rows: Ints, draws: Floats) -> Floats:
         """Draws (K, C) that stand for kinds of the shifts of some rows (K,), by uniform draws (K, C)."""
-        rank = np.searchsorted(self._bounds, draws * self._bounds[-1], side="right")
+        rank: Ints = np.searchsorted(self._bounds, draws * self._bounds[-1], side="right")
         chosen = self._kinds[rows[:, None], np.minimum(rank, len(self._bounds) - 1)]
         return (chosen + 0.5) / self._items

@@ -1,0 +1,102 @@
+"""What controllers sort in shifts of grasps, from the first object on and after some have been seen."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from agents.ground.metrics import Interval, rate, rate_difference, share_won
+from agents.judging import trials
+from agents.judging.evaluation import open_cells
+from agents.judging.throws import Throws
+from agents.results.study import Amount, Figures, Settings
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.grasp.config import GraspConfig
+
+ENV: Final = "PnTGrasp-v0"
+ROWS: Final = 64
+"""Shifts side by side; a part of what a seed means."""
+
+
+class _Shifts(NamedTuple):
+    """Picks of S shifts of P picks; of several seeds of a learner, the means."""
+
+    sorted: Floats
+    """(S, P)"""
+    seconds: Floats
+    """(S, P)"""
+    info: Mapping[str, float]
+    """Means over all picks."""
+
+    def sums(self, first: int) -> Floats:
+        """Objects sorted and seconds of each shift (S, 2), from an object on, counted from 1."""
+        return np.stack([self.sorted[:, first - 1 :].sum(axis=1), self.seconds[:, first - 1 :].sum(axis=1)], axis=1)
+
+
+def judged(settings: Settings, amount: Amount) -> Figures:
+    """What a controller sorts, and how much of the way from a reference to the oracle it goes, shift by shift.
+
+    Args:
+        settings: `level`; `controller`, its `options` and `seeds`, the number of learners of which the option `file`
+            names each by `{seed}`; `first`, the object from which late figures count; `reference` and `oracle`, the
+            same settings of these controllers.
+        amount: picks of each learner.
+    """
+    own, least, most = (_shifts_of(one, settings["level"], amount) for one in _three(settings))
+    late = settings["first"]
+    sums, from_least, from_most = (one.sums(late) for one in (own, least, most))
+    return {
+        "rate": _ends(rate(*own.sums(1).T)),
+        "late": _ends(rate(*sums.T)),
+        "gain": _ends(rate_difference(*sums.T, *from_least.T)),
+        "less": _ends(rate_difference(*sums.T, *from_most.T)),
+        "share": _ends(share_won(sums, from_least, from_most)),
+        **own.info,
+    }
+
+
+def _three(settings: Settings) -> tuple[Settings, Settings, Settings]:
+    return settings, settings["reference"], settings["oracle"]
+
+
+def _shifts_of(settings: Settings, level: Mapping[str, Any], amount: Amount) -> _Shifts:
+    """Shifts of a controller, the means of its seeds."""
+    options, runs = dict(settings.get("options", {})), list[_Shifts]()
+    for seed in range(settings.get("seeds", 1)):
+        own = {name: value.format(seed=seed) if name == "file" else value for name, value in options.items()}
+        runs.append(_run(json.dumps(level), settings["controller"], json.dumps(own), amount))
+    info = {name: float(np.mean([run.info[name] for run in runs])) for name in runs[0].info}
+    won, spent = (np.mean([getattr(run, name) for run in runs], axis=0) for name in ("sorted", "seconds"))
+    return _Shifts(won, spent, info)
+
+
+@cache
+def _run(level: str, controller: str, options: str, amount: Amount) -> _Shifts:
+    """Shifts of a controller; level and options as JSON, which can be remembered."""
+    config = GraspConfig.load(json.loads(level))
+    with open_cells(ENV, {"level": config, "num_envs": ROWS, "threads": 1}) as cells:
+        trial = trials.of(cells)
+        actor = trial.controller(controller, **json.loads(options))
+        actor.reset(0)
+        record: Any = trial.run(actor, amount.throws, amount.seed)
+        throws: Throws = record.throws
+    # Throws come in batches of one pick of each row, shift after shift.
+    columns = (throws.sorted.astype(float), throws.cycle_time)
+    won, spent = (c.reshape(-1, config.picks_per_shift, ROWS).transpose(0, 2, 1) for c in columns)
+    info = {
+        "success": float(throws.sorted.mean()),
+        "held": float(throws.picked.mean()),
+        "given_up": float((throws.info["tries"] == 0).mean()),
+        "dropped": float(throws.info["dropped"][throws.picked].mean()),
+        "landing_error_m": float(np.nanmean(throws.landing_error)),
+    }
+    return _Shifts(*(c.reshape(-1, config.picks_per_shift) for c in (won, spent)), info=info)
+
+
+def _ends(interval: Interval) -> Figures:
+    """A value with the ends of its interval."""
+    return {"value": interval.value, "low": interval.low, "high": interval.high}

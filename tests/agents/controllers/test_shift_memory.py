@@ -1,0 +1,74 @@
+"""Controllers with a memory of a shift of grasps."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agents.controllers import make_controller
+from agents.ground.cli import UsageError
+from agents.ground.environments import core_of, make_vector
+from agents.judging.loop import observed, throw_held_out
+from agents.training.grasp_shifts import practise_gauge, practise_shifts
+
+LEVEL = {"base": "grasp_shift", "picks_per_shift": 20, "drawn": {"kinds": 40, "seed": 1}}
+
+
+def cells(count: int, **level: Any) -> Any:
+    return make_vector("PnTGrasp-v0", {**LEVEL, **level}, count, 1)
+
+
+@pytest.mark.parametrize("name", ["remembering", "shift_values"])
+def test_a_memory_finds_the_error_of_the_cup_within_a_shift(name: str) -> None:
+    env = cells(16)
+    controller: Any = make_controller(name, env)
+    seen, info = env.reset(seed=3)
+    for _ in range(30):
+        seen, _, _, _, info = env.step(controller.act(observed(seen, info["kind"])))
+    controller.act(observed(seen, info["kind"]))
+    true, core = -core_of(env).context.drift.camera, core_of(env)  # type: ignore[attr-defined]
+    goes_on = core.context.before.gone > 0.3  # type: ignore[attr-defined]
+    found = controller._watcher.memory.error(np.arange(16))
+    before, after = (np.hypot(*(true - guess)[goes_on].T).mean() for guess in (np.zeros((16, 2)), found))
+    assert goes_on.sum() > 8
+    assert after < 0.75 * before
+
+
+@pytest.mark.parametrize("name", ["remembering", "shift_values"])
+def test_a_new_shift_has_nothing_of_the_last(name: str) -> None:
+    env = cells(4)
+    controller = make_controller(name, env)
+    first = throw_held_out(controller, env, 80, 2)
+    again = throw_held_out(controller, env, 80, 2)  # the memory is of other shifts, until these begin
+    np.testing.assert_array_equal(first.cycle_time, again.cycle_time)
+    alone = make_vector("PnTGrasp-v0", LEVEL, 1, 1)
+    one = throw_held_out(make_controller(name, alone), alone, 20, 2)
+    np.testing.assert_allclose(one.cycle_time, first.cycle_time[::4], rtol=1e-9)
+
+
+def test_a_memory_sorts_more_than_a_rule_without_one() -> None:
+    env = cells(32)
+    throws = {name: throw_held_out(make_controller(name, env), env, 640, 1) for name in ("flattest", "remembering")}
+    rates = {name: one.sorted.sum() / one.cycle_time.sum() for name, one in throws.items()}
+    assert rates["remembering"] > 1.15 * rates["flattest"]
+
+
+@pytest.mark.parametrize("level", ["grasp", {"base": "grasp_shift", "grasp": {"stages": 1, "tries": 1}}])
+def test_levels_without_a_last_try_are_refused(level: Any) -> None:
+    env = make_vector("PnTGrasp-v0", level, 2, 1)
+    with pytest.raises(UsageError, match="remembers what a shift of grasps has shown"):
+        make_controller("remembering", env)
+
+
+def test_practice_makes_networks_that_a_file_keeps(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("STEPS", "QUICK_STEPS"):
+        monkeypatch.setattr(f"agents.training.grasp_shifts.{name}", 20)
+        monkeypatch.setattr(f"agents.grasping.foretelling.{name}", 20)
+    learned = practise_shifts(0, True, 400, practise_gauge(400))
+    file = tmp_path / "values.npz"
+    np.savez(file, controller=np.array(learned.name), **learned.state())  # type: ignore[arg-type]
+    env = cells(8)
+    controller: Any = make_controller("shift_values", env, file=file)
+    assert np.isfinite(throw_held_out(controller, env, 80, 1).cycle_time).all()
+    state = controller.state()
+    assert all(np.array_equal(state[name], array) for name, array in learned.state().items())
