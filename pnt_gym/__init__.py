@@ -7,9 +7,19 @@ from typing import Final
 
 import gymnasium
 
-from pnt_gym.commands import compare, evaluate, fit, plan_line, shipped_policy
+from pnt_gym.commands import compare, evaluate, fit, plan_line, sb3_vec_env, shipped_policy
 
-__all__ = ["ENV_IDS", "__version__", "compare", "evaluate", "fit", "plan_line", "register_envs", "shipped_policy"]
+__all__ = [
+    "ENV_IDS",
+    "__version__",
+    "compare",
+    "evaluate",
+    "fit",
+    "plan_line",
+    "register_envs",
+    "sb3_vec_env",
+    "shipped_policy",
+]
 
 try:
     __version__ = version("pnt_gym")

@@ -18,8 +18,9 @@ def evaluate(policy: Any, env: Any, picks: int = 200, seed: int = 0, **options: 
     """Evaluate a policy on held-out throws; every argument as for `agents.judging.evaluation.evaluate`.
 
     Args:
-        policy: a function of observations (N, D) that returns actions (N, A) within [-1, 1], a controller, a model of
-            stable-baselines3, or a controller's name.
+        policy: a function of observations as the vector environment gives them, an array (N, D) or a mapping of arrays,
+            that returns actions (N, A) within [-1, 1]; a controller, a model of stable-baselines3, or a controller's
+            name.
         env: an id, or an environment.
         picks: throws to count, at least 1.
         seed: of the evaluation's objects; no training or practice with any seed sees these objects.
@@ -55,6 +56,23 @@ def compare(a: Any, b: Any, env: Any, budget: int | None = None, seed: int = 0, 
         PntGymError: a policy, the environment or a figure is unknown, or a number has no meaning.
     """
     return command_module("judging.comparison").compare(a, b, env, seed, budget=budget, **options)
+
+
+def sb3_vec_env(env: Any, **options: Any) -> Any:
+    """The fast vector form of an environment as a VecEnv of stable-baselines3.
+
+    Args:
+        env: an id, or a vector environment in the autoreset mode `SameStep`.
+        options: of an id: level, num_envs, threads and action_mode.
+
+    Returns:
+        A `VecEnv`, whose `infos` also have `is_success`, `landing_error` and `cycle_time` of every throw, and of every
+        episode that ends `episode` and `terminal_observation`. sb3-contrib finds the masks of `PnTLine-v0` in it.
+
+    Raises:
+        PntGymError: the id or an option is unknown, or the environment is no such vector environment.
+    """
+    return command_module("learning.vec_env").open_cells(env, **options)
 
 
 def fit(log: str | Path, level: str | Path = "waste", **options: Any) -> dict[str, Any]:

@@ -142,8 +142,8 @@ def _text(file: str) -> str:
 
 @cache
 def _announce() -> None:
-    """Say once, to somebody who watches a terminal, why the first steps take longer."""
-    if sys.stderr.isatty():
+    """Say once, to somebody who watches a terminal or a notebook, why the first steps take longer."""
+    if sys.stderr.isatty() or "ipykernel" in sys.modules:
         print("pnt_gym makes machine code, once after an installation: about a minute", file=sys.stderr, flush=True)
 
 

@@ -36,7 +36,7 @@ class Comparison:
     """
 
     def __init__(
-        self, plan: Plan, out: Path, labels: Collection[str] = (), about: Mapping[str, str] | None = None
+        self, plan: Plan, out: Path, labels: Collection[str] = (), about: Mapping[str, Any] | None = None
     ) -> None:
         content.check(out)
         self._plan, self._out, self._about = plan, out, about or {}

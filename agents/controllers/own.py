@@ -26,7 +26,7 @@ from .between import PLANNER, MemoryPolicy
 from .protocol import Actions, Controller, Observation
 
 Function: TypeAlias = Callable[..., Any]
-"""Observations (N, D) to actions (N, A); of an environment with pictures, vectors and pictures to actions."""
+"""Observations (N, D), or vectors and pictures, to actions (N, A)."""
 METHODS: Final = ("reset", "act", "learn")
 """Methods that the class of a controller must have."""
 
@@ -48,8 +48,9 @@ def controller_of(policy: Any, env: Env) -> Controller:
     """Controller from a class, an object, a model or a function.
 
     Args:
-        policy: a controller or the class of one, a model of stable-baselines3, or a function of observations (N, D) to
-            actions (N, A).
+        policy: a controller or the class of one, a model of stable-baselines3, or a function of observations to actions
+            (N, A), which gets observations as the vector environment gives them: an array (N, D), or of an environment
+            with pictures a mapping with "vector" (N, D) and "image" (N, 5, H, W).
         env: the environment in which the controller will act.
 
     Raises:
@@ -62,8 +63,19 @@ def controller_of(policy: Any, env: Env) -> Controller:
     if hasattr(policy, "predict"):
         return _policy(policy, type(policy).__name__.lower(), env)
     if callable(policy):
-        return Policy(policy, getattr(policy, "__name__", type(policy).__name__), kind=env.single_action_space.dtype)
+        name = getattr(policy, "__name__", type(policy).__name__)
+        function = _of_parts(policy) if isinstance(env.single_observation_space, Dict) else policy
+        return Policy(function, name, kind=env.single_action_space.dtype)
     raise UsageError(f"a policy is a controller, a model or a function of observations, not {policy!r}")
+
+
+def _of_parts(policy: Function) -> Function:
+    """A function of vectors and pictures that hands both over as the environment does."""
+
+    def act(vector: NDArray[np.float32], image: NDArray[np.uint8]) -> Any:
+        return policy({"image": image, "vector": vector})
+
+    return act
 
 
 def import_controller(reference: str, env: Env, **options: Any) -> Controller:

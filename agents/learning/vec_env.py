@@ -7,14 +7,16 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final, cast, final
 
 import numpy as np
+from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
 from pnt_gym.cells.base.core import EPISODE_SUCCESS
+from pnt_gym.errors import one_sentence
 
 from ..ground import environments
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, check_known
 from ..ground.environments import Env, core_of
 from ..ground.infos import results
 from ..ground.infos import rows_thrown as rows_with_throw
@@ -154,3 +156,24 @@ class SameStepVecEnv(VecEnv):
     def _clear(self) -> None:
         self._returns = np.zeros(self.num_envs)
         self._lengths = np.zeros(self.num_envs, dtype=np.int64)
+
+
+def open_cells(env: str | Env, **options: Any) -> SameStepVecEnv:
+    """A vector environment for stable-baselines3; `pnt_gym.sb3_vec_env` is this function.
+
+    Args:
+        env: an id, or a vector environment.
+        options: of an id: level, num_envs, threads and action_mode.
+
+    Raises:
+        UsageError: there is no such environment or option, the environment has options already, or it is no vector
+            environment in the autoreset mode SAME_STEP.
+    """
+    check_known("argument", options, environments.OPTIONS)
+    if isinstance(env, str):
+        return SameStepVecEnv(environments.make_vector(env, **options))
+    if options:
+        raise UsageError(f"{next(iter(options))} cannot change an environment that is made already; give it with an id")
+    if not isinstance(env, VectorEnv):
+        raise UsageError(f"env is {one_sentence(repr(env), 80)}; it must be an id or a vector environment")
+    return SameStepVecEnv(env)

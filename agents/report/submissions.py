@@ -95,11 +95,12 @@ def _results(data: Data, row: Data) -> list[Data]:
 
 def _line(row: Data, by: str, data: Data, reference: Sequence[Data]) -> list[str]:
     results = _results(data, row)
+    throws = row["throws"] or data.get("learned_from", 0)
     success = metrics.Interval(row["success_rate"], row["success_low"], row["success_high"])
     return [
         row["label"],
         by,
-        f"{row['throws']:,}" if row["throws"] else "-",
+        f"{throws:,}" if throws else "-",
         millimetres(row["landing_error_mean_m"]),
         f"{percent(success.value)} ({100 * success.low:.1f}..{100 * success.high:.1f})",
         f"{row['sorted_per_min']:.1f}",

@@ -19,6 +19,7 @@ from pydantic import ValidationError
 
 from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.errors import PntGymError, one_sentence
+from pnt_gym.names import unknown_name
 
 from ..ground import metrics
 from ..ground.cli import UsageError
@@ -30,8 +31,11 @@ from . import entries
 from .content import ABOUT, ROW, Content, name_row, read_form
 from .plan import Plan, entries_by_level, read_plan, seeds_of, trial_name, trial_of_plan
 
-BENCHMARK: Final = SHIPPED / "configs" / "benchmark.yaml"
-"""Plan whose held-out throws every submission throws."""
+BENCHMARKS: Final = {
+    "PnTRelease-v0": SHIPPED / "configs" / "benchmark.yaml",
+    "PnTGrasp-v0": SHIPPED / "configs" / "benchmark_grasp.yaml",
+}
+"""Plans whose held-out throws submissions throw, by environment."""
 FRAME: Final = ("env", "levels", "inline", "picks", "picks_on", "seed", "num_envs")
 """Keys of a plan by which held-out throws are named."""
 NEARLY: Final = 1e-9
@@ -248,7 +252,9 @@ def check_submission(content: Content) -> None:
         raise UsageError(f"submission {str(path)!r} has no {missing[0]!r}")
     if {row["label"] for row in data["results"]} != {path.stem}:
         raise UsageError(f"submission {str(path)!r}: its rows must have the label {path.stem!r}")
-    frame = read_plan(BENCHMARK)
+    if plan.env not in BENCHMARKS:
+        raise UsageError(f"submission {str(path)!r}: {unknown_name('environment', plan.env, BENCHMARKS)}")
+    frame = read_plan(BENCHMARKS[plan.env])
     for key in FRAME:
         if getattr(plan, key) != getattr(frame, key):
             raise UsageError(

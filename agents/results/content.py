@@ -77,6 +77,8 @@ class BenchmarkFile(BaseModel):
     by: Text = ""
     about: Text = ""
     command: Text = ""
+    learned_from: Count = 0
+    """Throws that a submitted policy had learned from before, as who submits it says."""
     plan: dict[str, Any]
     versions: dict[str, Text]
     seconds: Amount

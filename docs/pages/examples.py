@@ -11,6 +11,8 @@ from agents.ground.places import SHIPPED as ROOT
 from .marks import fence
 
 FOLDER: Final = ROOT / "examples"
+SHOWN: Final = 40
+"""Lines of a file whose code stands open on the page; that of a longer one is folded."""
 
 
 def example_code(name: str) -> str:
@@ -33,4 +35,8 @@ def _title(file: Path) -> str:
 
 
 def _named_block(file: Path) -> str:
-    return fence(_code(file), f'python title="examples/{file.name}"')
+    block = fence(_code(file), f'python title="examples/{file.name}"')
+    lines = len(_code(file).splitlines())
+    if lines <= SHOWN:
+        return block
+    return f"<details><summary>{file.name}, {lines} lines</summary>\n\n{block}\n\n</details>"

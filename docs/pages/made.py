@@ -19,7 +19,7 @@ from agents.ground.outputs import deliver_text
 from agents.ground.places import SHIPPED as ROOT
 from agents.report.blocks import fill, makers_from, rewrite, unmark
 
-from . import cite, commands, controllers, environments, examples, fit, items, levels, papers, results, throw
+from . import cite, commands, controllers, environments, examples, fit, items, levels, papers, results, side, throw
 from .texts import link_texts, write_texts
 
 DOCS: Final = ROOT / "docs"
@@ -49,7 +49,10 @@ MAKERS: Final[Mapping[str, Callable[[str], str]]] = {
     "verdicts": results.verdict_table,
 }
 """Functions that fill blocks, by the name of the block; each takes the argument of the block."""
-DRAWINGS: Final[Mapping[str, Callable[[], str]]] = {"pictures/throw.svg": throw.drawing}
+DRAWINGS: Final[Mapping[str, Callable[[], str]]] = {
+    "pictures/throw.svg": throw.drawing,
+    "pictures/throw_side.svg": side.drawing,
+}
 """Functions that draw the pictures of pages, by the place of the picture in docs/."""
 RESULTS_PAGE: Final = re.compile(r"\]\(\.\./((?:\.\./)*)(results/[\w/-]+\.md)")
 """A link from a page of docs/ to a page of results."""

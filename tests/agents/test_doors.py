@@ -11,6 +11,7 @@ import yaml
 from gymnasium.vector import SyncVectorEnv
 from stable_baselines3 import PPO, SAC
 
+import pnt_gym
 from agents import train
 from agents.controllers import make_controller
 from agents.ground.cli import UsageError
@@ -42,6 +43,23 @@ def test_a_model_of_stable_baselines(here: Path) -> None:
     misfit = r"takes observations \(2,\) and gives actions \(1,\), but the environment has \(14,\) and \(4,\)"
     with pytest.raises(UsageError, match=misfit):
         make_controller(str(here / "mine.zip"), make_vector("OneJointThrow-v0", num_envs=1, threads=1), trust=True)
+
+
+def test_a_function_gets_what_the_environment_gives() -> None:
+    env = make_vector("PnTGrasp-v0", {"base": "grasp", "fidelity": "flight"}, num_envs=4, threads=1)
+    first, seen = env.reset(seed=0)[0], []
+
+    def mine(observation):
+        seen.append(observation)
+        return np.zeros((len(observation["vector"]), 6))
+
+    assert evaluate(mine, env, picks=8)["controller"] == "mine"
+    for name, space in env.single_observation_space.items():
+        assert (seen[0][name].shape, seen[0][name].dtype) == (first[name].shape, space.dtype)
+    assert set(seen[0]) == set(first)
+    assert pnt_gym.compare(mine, "centre", "PnTGrasp-v0", budget=16, level={"base": "grasp", "fidelity": "flight"})[
+        "pairs"
+    ]
 
 
 def test_training_in_an_environment_of_a_users_module(here: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 import pnt_gym  # noqa: F401 - registers the environments
 from benchmarks.trace_step import Trace
-from docs.pages import made, throw
+from docs.pages import made, side, throw
 
 STEPS = 6
 """Enough for a pick that seals."""
@@ -42,3 +42,17 @@ def test_the_drawing_is_the_written_one_and_has_every_stage_and_room():
     assert text == throw.drawing()
     words = [element.text for element in ElementTree.fromstring(text).iter("{http://www.w3.org/2000/svg}text")]
     assert {*throw.ROOMS.values(), *(stage.name for stage in throw.STAGES)} <= set(words)
+
+
+def test_the_side_view_is_the_written_one_and_its_arrows_add_up():
+    text = (made.DOCS / "pictures" / "throw_side.svg").read_text(encoding="utf-8")
+    assert text == side.drawing()
+    view = side.side_view()
+    assert len(view.shifts) == 4
+    assert all(abs(shift) > 0.01 for shift in view.shifts.values())
+    env = gym.make("PnTRelease-v0", level=side.LEVEL)
+    env.reset(seed=side.SEED)
+    *_, info = env.step(np.zeros(2, dtype=np.float32))
+    assert sum(view.shifts.values()) == pytest.approx(info["landing_along"], abs=1e-3)
+    words = [element.text for element in ElementTree.fromstring(text).iter("{http://www.w3.org/2000/svg}text")]
+    assert {*view.shifts, "together", f"{1000 * sum(view.shifts.values()):+.0f} mm"} <= set(words)

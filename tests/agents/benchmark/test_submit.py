@@ -48,7 +48,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     name = f"mine_{abs(hash(tmp_path))}"  # a module of its own for each test
     (tmp_path / f"{name}.py").write_text(MODULE)
     (tmp_path / "plan.yaml").write_text(PLAN)
-    monkeypatch.setattr(compare, "BENCHMARK", tmp_path / "plan.yaml")
+    monkeypatch.setattr(compare, "BENCHMARKS", {"ToyThrow-v0": tmp_path / "plan.yaml"})
     monkeypatch.setattr("agents.benchmark.submit.MADE", tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path / f"{name}.py"
@@ -71,6 +71,17 @@ def test_a_module_is_measured_and_copied_and_verified(here: Path) -> None:
     assert file.with_suffix(".py").read_text() == MODULE
     code, _ = answered("agents.benchmark.verify", str(file), "--trust", "--rows", "9")
     assert code == 0
+
+
+def test_numbers_beside_a_module_go_along(here: Path) -> None:
+    here.with_suffix(".npz").write_bytes(b"numbers")
+    submit(f"{here.stem}:Mine", "--learned-from", "1000", "--out", "handed")
+    file = here.parent / "handed" / here.name
+    assert file.with_suffix(".npz").read_bytes() == b"numbers"
+    assert json.loads(file.with_suffix(".json").read_text())["learned_from"] == 1000
+    here.with_suffix(".npz").write_bytes(b"0" * 400_001)
+    reason = refused("agents.benchmark.submit", f"{here.stem}:Mine", "--by", "Me", "--out", "handed")
+    assert "400,001 bytes" in reason
 
 
 def test_one_that_learns_learns_several_times(here: Path) -> None:
@@ -97,6 +108,8 @@ def test_what_cannot_be_handed_in_is_refused(here: Path) -> None:
         (("nothing",), "unknown controller 'nothing'"),
         (("ridge",), "a controller that learns needs numbers above 0"),
         (("analytic", "--throws", "-1"), "--throws"),
+        (("ridge", "--throws", "9", "--learned-from", "9"), "--learned-from is of a policy that has learned"),
+        (("analytic", "--env", "ToyThrw-v0"), "did you mean 'ToyThrow-v0'"),
     ):
         assert reason in refused("agents.benchmark.submit", *words, "--by", "Me", "--out", "handed")
     assert "--by is empty" in refused("agents.benchmark.submit", "analytic", "--by", " ", "--out", "handed")
@@ -114,6 +127,7 @@ def _changed(name: str, value: Any) -> Any:
     [
         (_changed("picks", 8), "has picks 8; the benchmark has 24"),
         (_changed("seed", 5), "has seed 5; the benchmark has 0"),
+        (_changed("env", "PnTAdapt-v0"), "unknown environment 'PnTAdapt-v0'"),
         (lambda data: data.pop("by"), "has no 'by'"),
         (lambda data: data["results"][0].update(label="else"), "must have the label"),
     ],

@@ -1,12 +1,17 @@
 """The adapter keeps the conventions of stable-baselines3."""
 
+from itertools import product
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
-from stable_baselines3.common.vec_env import VecMonitor
+from sb3_contrib import MaskablePPO
+from stable_baselines3 import PPO, SAC
+from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
 
+import pnt_gym
 from agents.ground.cli import UsageError
 from agents.learning.vec_env import SameStepVecEnv
 from tests.tools.toy_cell import ToyVectorEnv
@@ -75,3 +80,50 @@ def test_other_reset_modes_are_refused() -> None:
 
     with pytest.raises(UsageError, match="SAME_STEP"):
         SameStepVecEnv(NextStep(2))
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_cells_keep_to_their_spaces(env_id: str) -> None:
+    cells = pnt_gym.sb3_vec_env(env_id, num_envs=3)
+    assert isinstance(cells, VecEnv)
+    space: Any = cells.observation_space
+    seen: list[Any] = [cells.reset()]
+    seen += [cells.step(np.stack([_valid(cells, row) for row in range(3)]))[0] for _ in range(3)]
+    for observation, row in product(seen, range(3)):
+        one = {k: v[row] for k, v in observation.items()} if isinstance(observation, dict) else observation[row]
+        assert space.contains(one)
+
+
+def _valid(cells: Any, row: int) -> Any:
+    """A random action that may be chosen."""
+    space = cells.action_space
+    if isinstance(space, gym.spaces.Discrete):
+        return space.sample(cells.env_method("action_masks")[row].astype(np.int8))
+    return space.sample()
+
+
+@pytest.mark.parametrize(
+    ("model", "policy", "env_id"),
+    [
+        (SAC, "MlpPolicy", "PnTConveyor-v0"),
+        (PPO, "MultiInputPolicy", "PnTGrasp-v0"),
+        (MaskablePPO, "MlpPolicy", "PnTLine-v0"),
+    ],
+)
+def test_models_learn_on_cells(model: Any, policy: str, env_id: str) -> None:
+    cells: Any = pnt_gym.sb3_vec_env(env_id, num_envs=2)
+    if model is SAC:
+        cells = VecNormalize(VecMonitor(cells))
+        model(policy, cells, learning_starts=4, batch_size=4).learn(16)
+    else:
+        model(policy, cells, n_steps=8, batch_size=8).learn(16)
+
+
+def test_the_door_says_what_is_wrong() -> None:
+    with pytest.raises(UsageError, match="did you mean 'level'"):
+        pnt_gym.sb3_vec_env("PnTRelease-v0", levle="waste")
+    with pytest.raises(UsageError, match="made already"):
+        pnt_gym.sb3_vec_env(ToyVectorEnv(2), level="waste")
+    with pytest.raises(UsageError, match="an id or a vector environment"):
+        pnt_gym.sb3_vec_env(gym.make("PnTRelease-v0"))
+    assert pnt_gym.sb3_vec_env(ToyVectorEnv(2)).num_envs == 2
