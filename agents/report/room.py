@@ -67,8 +67,8 @@ def grid(results: Path) -> Grid:
         "Sorted objects a minute; value a minute on `PnTLine-v0`, where the ceiling is the bound of expected values, "
         "which no order passes on average. All other ceilings are *reached* by a controller that knows what no other "
         "one can know. The best of each kind is chosen by these throws. *Left*: from the best of all to the ceiling, "
-        "and its share of the way from the beginning, which the simplest controller brings, to the ceiling. *World*: in which the throws were simulated; it is "
-        f"{WORLD} now."
+        "and its share of the way from the beginning, which the simplest controller brings, to the ceiling. *World*: "
+        f"in which the throws were simulated; it is {WORLD} now."
     )
     return Grid("Beginnings, ceilings, and what is left between them", HEADER, rows, note)
 

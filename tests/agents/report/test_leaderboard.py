@@ -11,6 +11,7 @@ from agents.report.leaderboard import BOARDS, US
 
 RESULTS = ROOT / "results"
 
+
 @pytest.fixture(autouse=True, scope="module")
 def results_as_they_stand():
     """Figures of the project's results are read alone; tests/results computes them anew from the throws."""
@@ -19,9 +20,11 @@ def results_as_they_stand():
         yield
     contents._read.cache_clear()
 
+
 def figures(cells):
     """Numbers of a column."""
     return [float(re.sub(r"[^\d.]", "", cell)) for cell in cells]
+
 
 @pytest.mark.parametrize("name", BOARDS)
 def test_a_board_is_sorted_and_its_best_is_bold(name):
@@ -39,14 +42,17 @@ def test_a_board_is_sorted_and_its_best_is_bold(name):
         assert {value for value, cell in zip(figures(cells), cells, strict=True) if cell.startswith("**")} == {best}
         assert not any(cell.startswith("**") for cell, cheats in zip(cells, knows, strict=True) if cheats)
 
+
 def test_what_was_handed_in_stands_on_the_board_of_its_environment():
     by = {name: {row[1] for row in leaderboard.grid(RESULTS, name).rows} for name in BOARDS}
     assert "pnt_gym" in by["conveyor"]
     assert all(US in names for names in by.values())
 
+
 def test_a_board_has_another_name_than_the_table_of_its_benchmark():
     make = makers_from(RESULTS)["table"]
     assert make("leaderboard-grasp") != make("grasp")
+
 
 def test_a_folder_without_results_has_empty_boards(tmp_path):
     assert [leaderboard.grid(tmp_path, name).rows for name in BOARDS] == [[]] * len(BOARDS)
