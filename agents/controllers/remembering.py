@@ -27,7 +27,7 @@ from .regression import OnPolicyRegression
 from .state import read
 from .watching import Watcher
 
-FILE: Final = GRASPING / "remembering.npz"
+FILE: Final = GRASPING.parent / "PnTGrasp-v0-grasp_shift" / "remembering.npz"
 """Weights of the regression that ship, of tries at drawn kinds."""
 
 

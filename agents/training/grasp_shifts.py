@@ -12,8 +12,9 @@ import numpy as np
 from pnt_gym.cells.grasp.config import GraspConfig
 
 from ..controllers.protocol import State
+from ..controllers.remembering import Remembering
 from ..controllers.shift_values import ShiftValues
-from ..grasping.foretelling import networks_foretell
+from ..grasping.foretelling import Foretold, Straight, networks_foretell
 from ..ground.cli import at_least, check_libraries, option, run
 from ..ground.environments import core_of, make_vector, stream_seed
 from ..ground.fitting import on_one_thread
@@ -24,6 +25,8 @@ from ..judging.loop import observed
 ENV: Final = "PnTGrasp-v0"
 ROWS: Final = 64
 """Shifts side by side; a part of what a seed means."""
+RULE_TRIES: Final = 8_000
+"""Tries of the linear regression."""
 TRIES: Final = 16_000
 """Tries in a calibrated cell, from which the gauge is foretold; the same for all seeds of the learning."""
 ROUNDS: Final = (0.3, 0.6)
@@ -44,8 +47,10 @@ class Arguments:
     """Seed of kinds, shifts, choices and fits."""
     memory: bool = True
     """Whether what the shift has shown is among the features; without, the networks learn from the same shifts."""
+    rule: bool = False
+    """Whether to fit the linear regression of `remembering` alone, without a robot."""
     out: Annotated[Path | None, option("none", "FILE.npz")] = None
-    """File of the networks' arrays: the option `file` of shift_values."""
+    """File of the arrays: the option `file` of shift_values, or of remembering."""
 
 
 def main(arguments: Arguments) -> None:
@@ -53,22 +58,27 @@ def main(arguments: Arguments) -> None:
     at_least(vars(arguments), picks=1000, seed=0)
     check_ending("--out", arguments.out, (".npz",))
     check_writable(arguments.out)
-    check_libraries("torch")
-    controller = practise_shifts(arguments.seed, arguments.memory, arguments.picks, practise_gauge(TRIES))
+    if arguments.rule:
+        name, state = Remembering.name, practise_gauge(Foretold(Straight()), RULE_TRIES)
+    else:
+        check_libraries("torch")
+        gauge = practise_gauge(networks_foretell(), TRIES)
+        learned = practise_shifts(arguments.seed, arguments.memory, arguments.picks, gauge)
+        name, state = learned.name, learned.state()
     if arguments.out is not None:
-        deliver(arguments.out, lambda path: _save(controller, path))
+        deliver(arguments.out, lambda path: save(name, state, path))
 
 
-def _save(controller: ShiftValues, path: Path) -> None:
-    arrays: dict[str, Any] = {"controller": np.array(controller.name), **controller.state()}
+def save(name: str, state: State, path: Path) -> None:
+    """Write the state of a controller of a name."""
+    arrays: dict[str, Any] = {"controller": np.array(name), **state}
     with path.open("wb") as file:  # given a name, numpy would append a suffix
         np.savez(file, **arrays)
 
 
 @on_one_thread
-def practise_gauge(tries: int) -> State:
-    """State of networks that foretell the gauge, from tries at drawn kinds in a calibrated cell."""
-    foretold = networks_foretell()
+def practise_gauge(foretold: Foretold, tries: int) -> State:
+    """State of what foretells the gauge, from tries at drawn kinds in a calibrated cell."""
     foretold.practise(GraspConfig.load({"base": "grasp_shift", "drawn": {"seed": KINDS}}), tries, 0)
     return foretold.state()
 

@@ -85,3 +85,13 @@ def test_no_order_of_a_line_is_above_its_bound_and_foresight_is_near_it() -> Non
             assert own.sum() > 0.92 * drawn.sum()
         else:
             assert own.sum() < np.array(row["expected"])[:, 0].sum()
+
+
+def test_a_memory_of_a_shift_pays_and_the_oracle_is_above_all() -> None:
+    rows = {row["who"]: row for row in contents.read(RESULTS / "grasp_shift.json")["rows"]}
+    plain, learner, rule = (rows[name] for name in ("shift_values, no memory", "shift_values", "remembering"))
+    without = set(rows) - {"shift_values", "remembering", "oracle_grasp"}
+    assert max(rows[name]["late"]["value"] for name in without) == plain["late"]["value"]
+    assert all(row["less"]["high"] < -10.0 for name, row in rows.items() if name != "oracle_grasp")
+    assert learner["gain"]["low"] > 5.0
+    assert rule["gain"]["low"] > 3.0

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from agents.controllers import make_controller
+from agents.grasping.foretelling import networks_foretell
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import observed, throw_held_out
-from agents.training.grasp_shifts import practise_gauge, practise_shifts
+from agents.training.grasp_shifts import practise_gauge, practise_shifts, save
 
 LEVEL = {"base": "grasp_shift", "picks_per_shift": 20, "drawn": {"kinds": 40, "seed": 1}}
 
@@ -64,9 +65,9 @@ def test_practice_makes_networks_that_a_file_keeps(tmp_path: Any, monkeypatch: p
     for name in ("STEPS", "QUICK_STEPS"):
         monkeypatch.setattr(f"agents.training.grasp_shifts.{name}", 20)
         monkeypatch.setattr(f"agents.grasping.foretelling.{name}", 20)
-    learned = practise_shifts(0, True, 400, practise_gauge(400))
+    learned = practise_shifts(0, True, 400, practise_gauge(networks_foretell(), 400))
     file = tmp_path / "values.npz"
-    np.savez(file, controller=np.array(learned.name), **learned.state())  # type: ignore[arg-type]
+    save(learned.name, learned.state(), file)
     env = cells(8)
     controller: Any = make_controller("shift_values", env, file=file)
     assert np.isfinite(throw_held_out(controller, env, 80, 1).cycle_time).all()

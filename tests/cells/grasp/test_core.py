@@ -239,9 +239,9 @@ def test_the_action_of_a_pixel_puts_the_cup_there() -> None:
     [
         ({"grasp": {"pace": [0.9, 0.3]}}, "grasp.pace runs from 0.9 to 0.3"),
         ({"grasp": {"skip": True, "picks": "belt"}}, "grasp.skip is true; on the belt"),
-        ({"grasp": {"objects": 3, "picks": "belt"}}, "grasp.objects is 3; it must be 1 on the belt"),
+        ({"grasp": {"objects": 3, "picks": "belt"}}, "grasp.objects is 3; it must be 1 in a shift"),
         ({"belt": {"tracking": False}}, "grasp.tries is 2; without belt.tracking it must be 1"),
-        ({"drift": {"delay": {"even": 0.005}}}, "no landing from which a drift could be learned"),
+        ({"drift": {"delay": {"even": 0.005}}}, "shows landings from which a drift could be learned"),
     ],
 )
 def test_a_level_in_which_a_grasp_makes_no_sense_is_refused(level: dict[str, Any], words: str) -> None:
