@@ -190,3 +190,12 @@ def test_code_on_disk_of_a_class_that_is_gone_is_made_anew(tmp_path):
         (tmp_path / "kinds.py").write_text(KIND.format(name=name))
         done = run("import kinds", NUMBA_CACHE_DIR=tmp_path / "kept", PYTHONPATH=tmp_path)
         assert (done.stdout.split(), done.stderr) == (["8.0", hits], "")
+
+
+def test_a_notebook_hears_that_machine_code_is_made_and_a_log_does_not(capsys, monkeypatch):
+    monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
+    compiled._announce.__wrapped__()
+    assert capsys.readouterr().err == ""
+    monkeypatch.setitem(sys.modules, "ipykernel", None)
+    compiled._announce.__wrapped__()
+    assert "makes machine code, once" in capsys.readouterr().err
