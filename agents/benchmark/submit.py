@@ -86,6 +86,7 @@ def main(arguments: Arguments) -> None:
     words = ["pnt-gym", "submit", arguments.controller, "--by", arguments.by]
     words += ["--throws", str(arguments.throws), "--seeds", str(arguments.seeds)] if arguments.throws else []
     words += ["--env", arguments.env] if arguments.env else []
+    words += ["--learned-from", str(arguments.learned_from)] if arguments.learned_from else []
     about: dict[str, Any] = {"by": arguments.by, "about": arguments.about, "command": shlex.join(words)}
     about |= {"learned_from": arguments.learned_from} if arguments.learned_from else {}
     planned = Comparison(plan, file, about=about)
