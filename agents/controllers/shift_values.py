@@ -211,20 +211,20 @@ class ShiftValues(Controller):
 
     # Learning
 
-    def begin_practice(self, seed: int, remembers: bool, gauge: State) -> None:
+    def begin_shifts(self, seed: int, remembers: bool, gauge: State) -> None:
         """Begin to explore, with a state of what foretells the gauge."""
         self._remembers, self._seed = remembers, seed
         self._practice = Practising(seed)
         self._foretold.restore(gauge)
 
-    def end_practice(self) -> None:
+    def end_shifts(self) -> None:
         """Stop to explore."""
         self._practice = None
 
     def settle(self, rows: Ints, observation: Observation, is_sorted: Bools, seconds: Floats) -> None:
         """Take in the picks of some rows (K,) that are over, before the next `act`."""
         log = self._practice
-        assert log is not None and observation.last is not None  # between `begin_practice` and `end_practice`
+        assert log is not None and observation.last is not None  # between `begin_shifts` and `end_shifts`
         last = LAST.decode(observation.last[rows])
         seen = (last["last_seen"] > 0.5) & (last["thrown"] > 0.5)
         shift = np.column_stack([last["last_shift_along"], last["last_shift_across"]])

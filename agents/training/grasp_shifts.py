@@ -97,7 +97,7 @@ def practise_shifts(seed: int, remembers: bool, picks: int, gauge: State) -> Shi
     with closing(make_vector(ENV, level, ROWS, 1)) as env:
         core: Any = core_of(env)
         controller = ShiftValues(core, file=None)
-        controller.begin_practice(seed, remembers, gauge)
+        controller.begin_shifts(seed, remembers, gauge)
         features, info = env.reset(seed=stream_seed("practice", seed))
         done, due = 0, [round(share * picks) for share in ROUNDS]
         while done < picks:
@@ -111,7 +111,7 @@ def practise_shifts(seed: int, remembers: bool, picks: int, gauge: State) -> Shi
                 due = due[1:]
                 controller.fit(QUICK_STEPS)
         controller.fit(STEPS)
-        controller.end_practice()
+        controller.end_shifts()
     return controller
 
 

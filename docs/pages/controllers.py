@@ -13,6 +13,7 @@ from agents.dispatchers.registry import NAMES as line_names
 from agents.ground.cli import UsageError
 from agents.ground.environments import config_of, make_vector
 from agents.ground.shipped import POLICIES, PREFIX
+from agents.roster import SHIFTS
 
 from .environments import STAGED
 from .marks import table
@@ -20,7 +21,7 @@ from .marks import table
 
 @cache
 def _open_cells(env_id: str) -> Any:
-    return make_vector(env_id, num_envs=1, threads=1)
+    return make_vector(env_id, SHIFTS.get(env_id), num_envs=1, threads=1)
 
 
 def _controller(name: str, env_id: str) -> Controller | None:
