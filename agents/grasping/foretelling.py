@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple, Protocol, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.cells.grasp.images import pixel_places
 
@@ -123,10 +123,10 @@ class Foretold:
         for number, size in enumerate((first, *[(tries - first) // rounds] * rounds)):
             scenes = Scenes.draw(level, size, 7919 * (seed + 1) + begin)
             parts = [self._try(part, random, is_random=begin == 0) for part in scenes.parts(PART)]
-            fresh, begin = _Tried(*map(np.concatenate, zip(*parts, strict=True))), begin + size
+            fresh, begin = concatenate_records(parts), begin + size
             if number > 0:
                 self._table = self._spread(fresh, self._table if number > 1 else None)
-            tried = _Tried(*map(np.concatenate, zip(tried, fresh, strict=True)))
+            tried = concatenate_records([tried, fresh])
             steps = STEPS if number == rounds else QUICK_STEPS
             self._regressor.fit(tried.values[tried.on], tried.label[tried.on], seed, steps)
             self._is_fitted = True

@@ -127,10 +127,9 @@ class GraspConfig(ConveyorConfig):
     @classmethod
     def _draw_items(cls, data: object) -> object:
         """The level with the names of drawn kinds as its items; a section that is wrong is refused by its own form."""
-        values: dict[str, Any] = {**cast("Mapping[str, Any]", data)} if isinstance(data, Mapping) else {}
-        drawn: Any = values.get("drawn")
-        section: dict[str, Any] = {**cast("Mapping[str, Any]", drawn)} if isinstance(drawn, Mapping) else {}
-        count: Any = drawn.kinds if isinstance(drawn, Drawn) else section.get("kinds")
+        values = _keys_of(data)
+        drawn = values.get("drawn")
+        count: Any = drawn.kinds if isinstance(drawn, Drawn) else _keys_of(drawn).get("kinds")
         if not isinstance(count, int) or not 0 < count <= MOST_DRAWN:
             return data
         return {**values, "items": [f"drawn_{k}" for k in range(count)], "extra_items": ()}
@@ -173,3 +172,8 @@ class GraspConfig(ConveyorConfig):
             yield f"grasp.kinds is {kinds}; the level has {len(self.items)} items, so it must be at most as many"
         if self.mix:
             yield "mix: with grasp.kinds, a shift's kinds have frequencies of their own; leave mix out"
+
+
+def _keys_of(section: object) -> dict[str, Any]:
+    """The keys of a section that is not checked yet; none of what is no section."""
+    return {**cast("Mapping[str, Any]", section)} if isinstance(section, Mapping) else {}

@@ -105,4 +105,5 @@ def _draw_look(random: np.random.Generator, leak: float | None) -> tuple[float, 
 
 def _between(random: np.random.Generator, low: float, high: float) -> float:
     """A number between two, whose logarithm is drawn evenly."""
-    return float(np.exp(random.uniform(np.log(low), np.log(high))))
+    drawn: float = random.uniform(float(np.log(low)), float(np.log(high)))
+    return float(np.exp(drawn))

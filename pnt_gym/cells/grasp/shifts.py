@@ -34,7 +34,7 @@ class ShiftPicks(IndependentPicks):
 
     def first(self, rows: Ints) -> Context:
         """First picks of new shifts, one per row."""
-        for row in rows.tolist():
+        for row in map(int, rows):
             generator = self._generators[row]
             with move_aside(generator, Purpose.KINDS):
                 order: Ints = generator.permutation(np.arange(self._items))
@@ -47,6 +47,6 @@ class ShiftPicks(IndependentPicks):
 
     def _of_shifts(self, rows: Ints, draws: Floats) -> Floats:
         """Draws (K, C) that stand for kinds of the shifts of some rows (K,), by uniform draws (K, C)."""
-        rank: Ints = np.searchsorted(self._bounds, draws * self._bounds[-1], side="right")
+        rank = np.asarray(np.searchsorted(self._bounds, draws * self._bounds[-1], side="right"), dtype=np.int64)
         chosen = self._kinds[rows[:, None], np.minimum(rank, len(self._bounds) - 1)]
         return (chosen + 0.5) / self._items
