@@ -12,7 +12,7 @@ from .marks import fence
 
 FOLDER: Final = ROOT / "examples"
 SHOWN: Final = 40
-"""Lines of a file whose code stands open on the page; that of a longer one is folded."""
+"""Lines of a file whose code stands on the page; a longer one is a link, and what its docstring says."""
 
 
 def example_code(name: str) -> str:
@@ -35,8 +35,9 @@ def _title(file: Path) -> str:
 
 
 def _named_block(file: Path) -> str:
-    block = fence(_code(file), f'python title="examples/{file.name}"')
-    lines = len(_code(file).splitlines())
+    code = _code(file)
+    lines = len(code.splitlines())
     if lines <= SHOWN:
-        return block
-    return f"<details><summary>{file.name}, {lines} lines</summary>\n\n{block}\n\n</details>"
+        return fence(code, f'python title="examples/{file.name}"')
+    words = (ast.get_docstring(ast.parse(code)) or "").partition("\n")[2].strip("\n")
+    return f"[`examples/{file.name}`](../examples/{file.name}), {lines} lines.\n\n{words}"
