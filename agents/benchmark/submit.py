@@ -1,4 +1,4 @@
-"""Measure a controller on the benchmark's held-out throws, as a result that anyone can verify: `pnt-gym submit`."""
+"""Measure a controller on held-out throws or shifts, as a result that anyone can verify: `pnt-gym submit`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ MOST_BYTES: Final = 400_000
 
 @dataclass(frozen=True)
 class Arguments:
-    """Let a controller learn, throw the held-out throws of the benchmark, and write the outcomes to NAME.json.
+    """Let a controller learn, throw a benchmark's held-out throws or work its shifts, and write NAME.json.
 
     The throws lie in the folder NAME beside the file, and a copy of your module, or of the policy of your run folder,
     stands there too. Numbers that your module reads go along if they lie beside it in a file of its name, MODULE.npz.
@@ -53,7 +53,7 @@ class Arguments:
     name: Annotated[str | None, option("that of the module, folder or controller", "NAME")] = None
     """Name of the submission."""
     env: Annotated[str | None, option("PnTRelease-v0", "ID")] = None
-    """PnTRelease-v0 or PnTGrasp-v0: the environment whose benchmark has the held-out throws."""
+    """PnTRelease-v0, PnTGrasp-v0 or PnTLine-v0: the environment whose benchmark has the held-out throws or shifts."""
     learned_from: int = 0
     """Throws that your policy has learned from already, as you say; those of --throws are counted."""
     throws: int = 0

@@ -34,10 +34,11 @@ from .plan import Plan, entries_by_level, read_plan, seeds_of, trial_name, trial
 BENCHMARKS: Final = {
     "PnTRelease-v0": SHIPPED / "configs" / "benchmark.yaml",
     "PnTGrasp-v0": SHIPPED / "configs" / "benchmark_grasp.yaml",
+    "PnTLine-v0": SHIPPED / "configs" / "benchmark_line.yaml",
 }
-"""Plans whose held-out throws submissions throw, by environment."""
-FRAME: Final = ("env", "levels", "inline", "picks", "picks_on", "seed", "num_envs")
-"""Keys of a plan by which held-out throws are named."""
+"""Plans whose held-out throws or work shifts submissions have, by environment."""
+FRAME: Final = ("env", "levels", "inline", "picks", "picks_on", "shifts", "seed", "num_envs")
+"""Keys of a plan by which held-out throws and work shifts are named."""
 NEARLY: Final = 1e-9
 """Relative difference of two figures that the order of sums explains."""
 

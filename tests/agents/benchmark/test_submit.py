@@ -84,6 +84,36 @@ def test_numbers_beside_a_module_go_along(here: Path) -> None:
     assert "400,001 bytes" in reason
 
 
+CHOOSES = """
+import numpy as np
+from agents.controllers import Controller
+
+class First(Controller):
+    name = "first"
+
+    def act(self, observation):
+        return np.zeros(len(observation.features), dtype=np.int64)
+"""
+
+
+def test_a_chooser_of_a_line_works_the_shifts_of_the_lines_benchmark(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here.write_text(CHOOSES)
+    plan = here.parent / "line.yaml"
+    plan.write_text(
+        "{name: few, env: PnTLine-v0, train_level: each, levels: [single], shifts: 2, num_envs: 2, "
+        "entries: [{label: fifo, controller: fifo}]}"
+    )
+    monkeypatch.setattr(compare, "BENCHMARKS", {"PnTLine-v0": plan})
+    submit(f"{here.stem}:First", "--env", "PnTLine-v0", "--out", "handed")
+    file = here.parent / "handed" / f"{here.stem}.json"
+    (row,) = read_form(file).data["table"]
+    assert row["level"] == "single" and row["value_per_min"] > 10.0
+    code, _ = answered("agents.benchmark.verify", str(file), "--trust", "--rows", "1")
+    assert code == 0
+
+
 def test_one_that_learns_learns_several_times(here: Path) -> None:
     submit(f"{here.stem}:Learns", "--throws", "16", "--seeds", "2", "--out", ".")
     rows = json.loads(here.with_suffix(".json").read_text())["results"]
