@@ -97,8 +97,9 @@ def values(data: Data, level: str) -> dict[str, float]:
     parts: dict[str, list[list[float]]] = {}
     for row in data.get("rows", ()):
         # Rows of a study have what is counted and the seconds of each shift, and a part in place of a level.
-        if row.get("level", row["part"]) == level and row.get("window", 0) == 0:
-            parts.setdefault(row["controller"], []).extend(row["shifts"] if "shifts" in row else row["cells"])
+        counted = row.get("shifts", row.get("cells"))
+        if counted and row.get("level", row["part"]) == level and row.get("window", 0) == 0:
+            parts.setdefault(row["controller"], []).extend(counted)
             if "expected" in row:
                 parts["expected"] = row["expected"]
     return found | {label: metrics.rate(*np.array(shifts)[:, :2].T).value for label, shifts in parts.items()}

@@ -65,7 +65,7 @@ def closest(settings: Settings, amount: Amount) -> Iterator[Figures]:
         )
         for name in settings["controllers"]:
             shares = shift_values(registry.make(name, core), env, seeds) * minutes / bounds
-            yield {"controller": name, "shifts": amount.throws, "closest": float(shares.max())}
+            yield {"controller": name, "closest": float(shares.max())}
 
 
 def _ceilings(env: Env, seed: int) -> tuple[float, float, float]:

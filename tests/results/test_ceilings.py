@@ -72,10 +72,12 @@ def test_the_oracle_of_grasps_is_above_all_others_and_leaves_them_room() -> None
 
 
 def test_no_order_of_a_line_is_above_its_bound_and_foresight_is_near_it() -> None:
-    rows = contents.read(RESULTS / "ceilings.json")["rows"]
+    data = contents.read(RESULTS / "ceilings.json")
+    rows = data["rows"]
     many = [row for row in rows if row["part"] == "closest"]
     assert {row["level"] for row in many} == {row["level"] for row in rows}
-    assert all(row["shifts"] == 100 and row["closest"] <= 1.0 for row in many)
+    assert data["throws"] >= 100
+    assert all(row["closest"] <= 1.0 for row in many)
     levels = {row["level"] for row in rows}
     assert len(levels) == 6
     for row in (row for row in rows if row["part"] == "orders"):

@@ -66,7 +66,7 @@ def test_a_level_that_drifts_is_refused_where_nothing_tells_of_it(env_id, kind):
 def test_a_shift_needs_a_throw_that_follows_and_is_drawn_whole(picks):
     with pytest.raises(ConfigError) as caught:
         gym.make("PnTAdapt-v0", level={"base": "waste", "picks_per_shift": picks})
-    assert str(caught.value) == (f"picks_per_shift is {picks}; in PnTAdapt-v0 it must be 2 to 100000")
+    assert str(caught.value) == (f"picks_per_shift is {picks}; where a camera sees landings it must be 2 to 100000")
     assert gym.make("PnTConveyor-v0", level={"base": "waste", "picks_per_shift": picks}).reset(seed=0)
 
 
@@ -119,7 +119,7 @@ def test_the_axes_of_camera_and_draught_differ():
 def test_behind_its_end_a_shift_stays_as_it_was():
     shift = shifts([1, 2], drift=ALL, picks_per_shift=3)
     for _ in range(5):
-        shift = shift.advance()
+        shift = shift.advance(np.ones(2, dtype=np.bool_))
     np.testing.assert_array_equal(shift.now().delay, shift.drift.delay[:, -1])
     np.testing.assert_array_equal(shift.now().camera, shift.drift.camera[:, -1])
 
