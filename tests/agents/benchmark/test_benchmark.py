@@ -289,16 +289,16 @@ def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: P
     assert "(tables/benchmark.md)" in index
     assert "| ridge | 200 |" in text
     page = (tmp_path / "report.html").read_text()
-    figures = {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
-    figures = {name: image for name, image in figures.items() if not name.startswith("small_")}  # those of the index
+    images = {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
+    figures = {name for name in images if not name.startswith("small_")}  # the small ones stand on the index alone
     # Images, in which nothing runs.
     assert page.count("<img") == page.count('src="figures/') == page.count("src=") == len(figures)
     assert page.index("<ol>") < page.index("<h2") < page.index("landing_error.svg")
     assert "http-equiv" not in page
     names = ("sorted_per_min", "losses", "landing_error", "learning_curves", "landing_clouds")
-    assert set(figures) == {f"{name}.svg" for name in names}
+    assert figures == {f"{name}.svg" for name in names}
     report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))
-    assert figures == {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
+    assert images == {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
     top = (tmp_path / "README.top").read_text()
     assert tables.table(done).markdown() in top
     assert top.startswith("# x\n<!-- table:benchmark -->")
