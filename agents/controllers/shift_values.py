@@ -153,13 +153,13 @@ class ShiftValues(Controller):
         error = np.einsum("kij,ijc->kc", weights, memory.offsets)
         middle = np.einsum("kab,abc->kc", shown, pixels) / np.maximum(shown.sum(axis=(1, 2)), 1)[:, None] - error
         distance = np.hypot(*np.moveaxis(pixels - middle[:, None, None], -1, 0))
-        places, inputs = list[Floats](), list[Floats]()
+        places, inputs, features = list[Floats](), list[Floats](), observation.features.astype(np.float64)
         for pull in PULLS:
             best = (holds * np.exp(-pull * distance)).reshape(len(rows), -1).argmax(axis=1)
             at_best = (np.arange(len(rows)), best)
             places.append(pixels.reshape(-1, 2)[best])
             own = holds.reshape(len(rows), -1)[at_best], distance.reshape(len(rows), -1)[at_best] / PLACE_UNIT
-            inputs.append(np.column_stack([*own, tried[rows], observation.features[rows], known[rows]]))
+            inputs.append(np.column_stack([*own, tried[rows], features[rows], known[rows]]))
         return np.stack(places, axis=1), np.stack(inputs, axis=1)
 
     def _throw(self, observation: Observation, rows: Ints, known: Floats, reference: Floats, action: Actions) -> None:
@@ -194,7 +194,8 @@ class ShiftValues(Controller):
         action = np.zeros((len(known), 6), dtype=np.float32)
         action[:, 3] = pace_action(pace, self._config)
         part = self._watcher.cup_part(observation) if self._remembers else np.zeros((len(known), 2))
-        return np.column_stack([observe(observation, action, self._config).features, known, part / 0.02])
+        features = observe(observation, action, self._config).features.astype(np.float64)
+        return np.column_stack([features, known, part / 0.02])
 
     def _best_paces(self, inputs: Floats) -> Floats:
         """Values of throws (K,) at the paces that are worth most, by their features at any pace (K, E)."""

@@ -6,9 +6,10 @@ earlier objects is a mean with weights by that likeness.
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple, final
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.grasp.config import PIXEL, PIXELS
@@ -189,7 +190,7 @@ class ShiftMemory:
         )
 
 
-def around(maps: Floats, places: Floats, beside: float) -> Floats:
+def around(maps: NDArray[np.float32] | Floats, places: Floats, beside: float) -> Floats:
     """Values of maps (K, 48, 48) at places (K, 2) [m] moved by each error that is thought of (K, SIDE, SIDE).
 
     Args:
@@ -197,7 +198,7 @@ def around(maps: Floats, places: Floats, beside: float) -> Floats:
         places: places from the pictures' middles.
         beside: value outside of the picture.
     """
-    padded = np.pad(maps, [(0, 0), (REACH, REACH), (REACH, REACH)], constant_values=beside)
+    padded: Any = np.pad(maps, [(0, 0), (REACH, REACH), (REACH, REACH)], constant_values=beside)
     column, row = (np.clip(np.rint(s * v / PIXEL + (PIXELS - 1) / 2.0), 0, PIXELS - 1).astype(np.int64)
                    for s, v in ((1.0, places[:, 0]), (-1.0, places[:, 1])))  # fmt: skip
     steps = np.arange(SIDE)
