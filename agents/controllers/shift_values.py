@@ -8,6 +8,7 @@ sorted, less the price of the time until the next one.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from pathlib import Path
 from typing import Any, Final, NamedTuple, final
 
@@ -20,7 +21,7 @@ from pnt_gym.cells.grasp.observation import LAST, TABLE
 
 from ..grasping.features import blur_maps
 from ..grasping.foretelling import networks_foretell
-from ..grasping.memory import MEMORIES, expected
+from ..grasping.memory import MEMORIES, Recalled, expected
 from ..grasping.network import PlaceNetwork
 from ..ground.places import GRASPING, at
 from .grasps import GIVE_UP, PLACE_UNIT, RESIDUAL, observe, pace_action, phases, residual_width, shipped_release
@@ -98,28 +99,31 @@ class ShiftValues(Controller):
     def act(self, observation: Observation) -> Actions:
         """Actions (N, 6): of the grasp where the cup is free, of the throw where the object hangs."""
         self._watcher.notice(observation)
-        known = self._known()
+        recalled = self._watcher.recall()
+        known = self._known(recalled)
         action = np.zeros((len(observation.kind), 6), dtype=np.float32)
         held, tried = phases(observation, self._config.grasp.tries)
         free, hangs = np.flatnonzero(~held), np.flatnonzero(held)
         if free.size > 0:
-            self._grasp(observation, free, tried, known, action)
+            self._grasp(observation, free, tried, recalled.surprise, known, action)
         reference = self._watcher.reference(observation, action)
         if hangs.size > 0:
             self._throw(observation, hangs, known, reference, action)
         return action
 
-    def _known(self) -> Floats:
+    def _known(self, recalled: Recalled) -> Floats:
         """What the memory says of the present objects, as features (N, 10); zeros for a controller without memory."""
-        recalled = self._watcher.recall()
         rows = np.arange(len(recalled.held))
         if not self._remembers:
             return np.zeros((len(rows), MEMORIES + 1))
         return np.column_stack([recalled.columns(), self._watcher.memory.doubt(rows) / DOUBT])
 
-    def _grasp(self, observation: Observation, rows: Ints, tried: Floats, known: Floats, action: Actions) -> None:
+    def _grasp(
+        self, observation: Observation, rows: Ints, tried: Floats, surprise: Floats, known: Floats, action: Actions
+    ) -> None:
         """Write the actions of free cups."""
-        places, inputs = self._candidates(observation, rows, tried, known)
+        features = np.column_stack([tried, observation.features.astype(np.float64), known])[rows]
+        places, inputs = self._candidates(rows, surprise[rows], features)
         log, count = self._practice, len(rows)
         score = self._tries.predict(inputs.reshape(count * len(PULLS), -1)) if self._tries.is_fitted else None
         value = inputs[:, :, 0] if score is None else score.reshape(count, -1)
@@ -134,32 +138,31 @@ class ShiftValues(Controller):
         action[rows, :2] = np.clip(picked / self._config.grasp.reach, -1.0, 1.0)
         action[rows[gives_up], 2] = GIVE_UP
 
-    def _candidates(self, observation: Observation, rows: Ints, tried: Floats, known: Floats) -> tuple[Floats, Floats]:
+    def _candidates(self, rows: Ints, surprise: Floats, features: Floats) -> tuple[Floats, Floats]:
         """Places between which a try chooses (K, C, 2) [m], and their features (K, C, D).
 
         Each is the place that holds most probably, with another pull towards the middle of what the picture shows.
         """
         watcher, memory = self._watcher, self._watcher.memory
         foretold = watcher.maps(rows)
+        shown = foretold > 0.0
         weights = np.tile(memory.first, (len(rows), 1, 1))
         if self._remembers:
-            surprise = watcher.recall().surprise[rows]
-            foretold = np.where(foretold > 0.0, np.clip(foretold + surprise[:, None, None], 0.0, 1.0), 0.0)
+            foretold = np.where(shown, np.clip(foretold + surprise[:, None, None], 0.0, 1.0), 0.0)
             weights = memory.weights(rows)
         holds = expected(blur_maps(self._foretold.held(foretold)), weights)
         pixels = pixel_places()
         holds[:, np.abs(pixels).max(axis=-1) > self._config.grasp.reach] = 0.0
-        shown = watcher.maps(rows) > 0.0
         error = np.einsum("kij,ijc->kc", weights, memory.offsets)
         middle = np.einsum("kab,abc->kc", shown, pixels) / np.maximum(shown.sum(axis=(1, 2)), 1)[:, None] - error
         distance = np.hypot(*np.moveaxis(pixels - middle[:, None, None], -1, 0))
-        places, inputs, features = list[Floats](), list[Floats](), observation.features.astype(np.float64)
+        places, inputs = list[Floats](), list[Floats]()
         for pull in PULLS:
             best = (holds * np.exp(-pull * distance)).reshape(len(rows), -1).argmax(axis=1)
             at_best = (np.arange(len(rows)), best)
             places.append(pixels.reshape(-1, 2)[best])
             own = holds.reshape(len(rows), -1)[at_best], distance.reshape(len(rows), -1)[at_best] / PLACE_UNIT
-            inputs.append(np.column_stack([*own, tried[rows], features[rows], known[rows]]))
+            inputs.append(np.column_stack([*own, features]))
         return np.stack(places, axis=1), np.stack(inputs, axis=1)
 
     def _throw(self, observation: Observation, rows: Ints, known: Floats, reference: Floats, action: Actions) -> None:
@@ -174,9 +177,8 @@ class ShiftValues(Controller):
         chosen, log = score.argmax(axis=1), self._practice
         puts_down = self._paces.is_fitted & (score.max(axis=1) < scaled(self._fails))
         if log is not None:
-            greedy = log.random.random(count) >= EXPLORES
-            noisy = log.random.gumbel(size=score.shape) + greedy[:, None] * score / TEMPERATURE
-            chosen, puts_down = noisy.argmax(axis=1), puts_down & greedy
+            chosen, greedy = log.choose(score)
+            puts_down &= greedy
         picked = inputs[np.arange(count), chosen]
         offset = self._offsets(picked, reference[rows])
         if log is not None:
@@ -292,16 +294,21 @@ class Practising:
     def __init__(self, seed: int) -> None:
         self.random = np.random.default_rng([seed, 7])
         self.samples: list[Sample] = []
-        self.tried: dict[int, list[Floats]] = _Lists()
+        self.tried: defaultdict[int, list[Floats]] = defaultdict(list)
         """Features of the tries at the present object, by row."""
         self.throw: dict[int, Floats] = {}
         """Features of the last throw, by row."""
 
-    def explore(self, value: Floats, gives_up: Bools) -> tuple[Ints, Bools]:
-        """Choices by values (K, C), and whether to give up (K,), some of them at random."""
+    def choose(self, value: Floats) -> tuple[Ints, Bools]:
+        """Choices by values (K, C), some of them at random, and which are by value (K,)."""
         greedy = self.random.random(len(value)) >= EXPLORES
         score = self.random.gumbel(size=value.shape) + greedy[:, None] * value / TEMPERATURE
-        return score.argmax(axis=1), np.where(greedy, gives_up, self.random.random(len(value)) < EXPLORES)
+        return score.argmax(axis=1), greedy
+
+    def explore(self, value: Floats, gives_up: Bools) -> tuple[Ints, Bools]:
+        """Choices by values (K, C), and whether to give up (K,), some of them at random."""
+        chosen, greedy = self.choose(value)
+        return chosen, np.where(greedy, gives_up, self.random.random(len(value)) < EXPLORES)
 
     def forget(self, row: int) -> None:
         """Leave out a pick that is over."""
@@ -314,14 +321,6 @@ class Practising:
         if throw is None or not thrown:
             throw, offset = np.full(_THROW_INPUTS, np.nan), np.full(2, np.nan)
         self.samples.append(Sample(np.array(tried), throw, offset, is_sorted, seconds))
-
-
-class _Lists(dict[int, list[Any]]):
-    """A dictionary of lists, empty where nothing was put."""
-
-    def __missing__(self, key: int) -> list[Any]:
-        self[key] = []
-        return self[key]
 
 
 def scaled(values: Any) -> Any:
