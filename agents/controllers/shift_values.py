@@ -169,7 +169,8 @@ class ShiftValues(Controller):
         """Write the actions of cups under which objects hang."""
         slow, fast = self._config.grasp.pace
         grid, count = np.linspace(slow, fast, PACES), len(rows)
-        inputs = np.stack([self._throw_inputs(observation, known, reference, pace)[rows] for pace in grid], axis=1)
+        inputs = np.repeat(self._throw_inputs(observation, known)[rows, None], PACES, axis=1)
+        inputs[:, :, _PACE] = pace_action(grid, self._config).astype(np.float32)  # as actions and observations have it
         if self._paces.is_fitted:
             score = self._paces.predict(inputs.reshape(count * PACES, -1)).reshape(count, PACES)
         else:
@@ -191,10 +192,9 @@ class ShiftValues(Controller):
         action[rows, RESIDUAL] = to_action(offset, correction)
         action[rows[puts_down], 2] = GIVE_UP
 
-    def _throw_inputs(self, observation: Observation, known: Floats, reference: Floats, pace: float) -> Floats:
-        """Features of throws at a pace (N, E)."""
+    def _throw_inputs(self, observation: Observation, known: Floats) -> Floats:
+        """Features of throws (N, E), with the pace in the middle of its range."""
         action = np.zeros((len(known), 6), dtype=np.float32)
-        action[:, 3] = pace_action(pace, self._config)
         part = self._watcher.cup_part(observation) if self._remembers else np.zeros((len(known), 2))
         features = observe(observation, action, self._config).features.astype(np.float64)
         return np.column_stack([features, known, part / 0.02])
