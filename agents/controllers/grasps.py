@@ -5,6 +5,7 @@ A part of one controller fits every other: a place by a rule, a pace by the gaug
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Final, Literal, NamedTuple, Protocol, final, runtime_checkable
 
@@ -17,6 +18,7 @@ from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.observation import TABLE
 
 from ..grasping.gauge import FRICTION, SAFETY, allowed_acceleration
+from ..grasping.memory import turned
 from ..ground.cli import UsageError
 from ..ground.places import GRASPING
 from . import state
@@ -295,11 +297,16 @@ def observe(observation: Observation, action: Actions, config: GraspConfig) -> O
     x, y = values["place_x"], values["place_y"]
     if config.grasp.stages == 1:
         x, y = config.grasp.reach * action[:, :2].astype(np.float64).T
-    ahead = np.stack([values["target_x"] - values["pick_x"], values["target_y"] - values["pick_y"]])
-    ex, ey = ahead / np.hypot(*ahead)
-    further = [action[:, -3], (x * ex + y * ey) / PLACE_UNIT, (y * ex - x * ey) / PLACE_UNIT]
+    further = [action[:, -3], *(part / PLACE_UNIT for part in turned(x, y, direction_of(values)))]
     features = np.concatenate([observation.features, np.stack(further, axis=1)], axis=1, dtype=np.float32)
     return replace(observation, features=features)
+
+
+def direction_of(values: Mapping[str, Floats]) -> tuple[Floats, Floats]:
+    """Horizontal unit vectors from picks to targets, x and y (N,) each, by decoded observations."""
+    ahead = np.stack([values["target_x"] - values["pick_x"], values["target_y"] - values["pick_y"]])
+    ex, ey = ahead / np.hypot(*ahead)
+    return ex, ey
 
 
 def phases(observation: Observation, tries: int) -> tuple[Bools, Any]:

@@ -18,9 +18,9 @@ from pnt_gym.cells.grasp.observation import LAST, TABLE
 
 from ..grasping.features import place_features
 from ..grasping.foretelling import Foretold, labels
-from ..grasping.memory import LANDS, Event, Recalled, ShiftMemory, around, looks
+from ..grasping.memory import LANDS, Event, Recalled, ShiftMemory, around, looks, turned
 from ..ground.cli import UsageError
-from .grasps import observe
+from .grasps import direction_of, observe
 from .protocol import Actions, Observation
 from .regression import OnPolicyRegression
 
@@ -142,6 +142,4 @@ class Watcher:
         """Expected part of the cup's error in landings (N, 2) [m], along and left of the throws."""
         values = TABLE.decode(observation.features)
         error = -LANDS * self.memory.error(np.arange(len(self._number)))
-        ahead = np.stack([values["target_x"] - values["pick_x"], values["target_y"] - values["pick_y"]])
-        ex, ey = ahead / np.hypot(*ahead)
-        return np.stack([error[:, 0] * ex + error[:, 1] * ey, error[:, 1] * ex - error[:, 0] * ey], axis=-1)
+        return np.stack(turned(error[:, 0], error[:, 1], direction_of(values)), axis=-1)

@@ -34,6 +34,12 @@ CHANCE: Final = 0.05
 """Share of tries and landings that say nothing of the cup's error; assumed."""
 
 
+def turned(x: Floats, y: Floats, direction: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Vectors of x and y along a throw and to its left, by the horizontal unit vector of the throw."""
+    ex, ey = direction
+    return x * ex + y * ey, y * ex - x * ey
+
+
 @final
 class Event(Columns):
     """An earlier object of a shift."""
@@ -150,9 +156,8 @@ class ShiftMemory:
         landed = events.landed
         if landed.any():
             ex, ey = events.direction[landed].T[:, :, None, None]
-            x, y = self.offsets[..., 0], self.offsets[..., 1]
             # An object that the cup met off its middle lands as far off, the other way.
-            along, across = -LANDS * (x * ex + y * ey), -LANDS * (y * ex - x * ey)
+            along, across = (-LANDS * part for part in turned(self.offsets[..., 0], self.offsets[..., 1], (ex, ey)))
             off = events.off[landed][:, :, None, None]
             square = ((off[:, 0] - along) / LANDING[0]) ** 2 + ((off[:, 1] - across) / LANDING[1]) ** 2
             self._log[rows[landed]] += np.log(np.exp(-0.5 * square) + CHANCE)
@@ -170,11 +175,9 @@ class ShiftMemory:
 
         ones, error = np.ones(len(events.held)), self.error(rows)
         direction = events.direction[slots]
-        ex, ey = direction[..., 0], direction[..., 1]
         part = np.zeros((len(ones), 2))
-        part[slots] = -LANDS * np.stack(
-            [error[:, :1] * ex + error[:, 1:] * ey, error[:, 1:] * ex - error[:, :1] * ey], axis=-1
-        )
+        directions = direction[..., 0], direction[..., 1]
+        part[slots] = -LANDS * np.stack(turned(error[:, :1], error[:, 1:], directions), axis=-1)
         off = events.off - part
         held, dropped, hit = (values.astype(np.float64) for values in (events.held, events.dropped, events.hit))
         return Recalled(

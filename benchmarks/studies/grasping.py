@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,7 +17,7 @@ from agents.grasping.practice import Practice, network_places, practise
 from agents.grasping.rules import PLACES
 from agents.grasping.scenes import Scenes, Tries, with_drawn_kinds
 from agents.grasping.tuning import FREE, PlaceTable, tune
-from agents.ground.metrics import Interval, rate, rate_difference, throughput, wilson
+from agents.ground.metrics import rate, rate_difference, throughput, wilson
 from agents.judging import trials
 from agents.judging.evaluation import open_cells
 from agents.judging.throw_record import ThrowRecord
@@ -134,7 +135,7 @@ def thrown(settings: Settings, amount: Amount) -> Figures:
     throws = concatenate_records(runs)
     sorted_share, seconds = (np.mean([getattr(run, name) for run in runs], axis=0) for name in ("sorted", "cycle_time"))
     figures = {
-        "rate": _ends(rate(sorted_share, seconds)),
+        "rate": asdict(rate(sorted_share, seconds)),
         "sorted_per_min": throughput(throws.sorted, throws.cycle_time).sorted,
         "success": float(throws.sorted.mean()),
         "held": float(throws.picked.mean()),
@@ -146,12 +147,7 @@ def thrown(settings: Settings, amount: Amount) -> Figures:
         return figures
     reference = _throws(json.dumps(level), settings["reference"], "{}", 0, 0, amount)
     gain = rate_difference(sorted_share, seconds, reference.sorted, reference.cycle_time)
-    return {**figures, "gain": _ends(gain)}
-
-
-def _ends(interval: Interval) -> Figures:
-    """A value with the ends of its interval."""
-    return {"value": interval.value, "low": interval.low, "high": interval.high}
+    return {**figures, "gain": asdict(gain)}
 
 
 def with_cups(level: Mapping[str, Any], factor: float) -> dict[str, Any]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from functools import cache
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from agents.ground.metrics import Interval, rate, rate_difference, share_won
+from agents.ground.metrics import rate, rate_difference, share_won
 from agents.judging import trials
 from agents.judging.evaluation import open_cells
 from agents.judging.throws import Throws
@@ -50,11 +51,11 @@ def judged(settings: Settings, amount: Amount) -> Figures:
     late = settings["first"]
     sums, from_least, from_most = (one.sums(late) for one in (own, least, most))
     return {
-        "rate": _ends(rate(*own.sums(1).T)),
-        "late": _ends(rate(*sums.T)),
-        "gain": _ends(rate_difference(*sums.T, *from_least.T)),
-        "less": _ends(rate_difference(*sums.T, *from_most.T)),
-        "share": _ends(share_won(sums, from_least, from_most)),
+        "rate": asdict(rate(*own.sums(1).T)),
+        "late": asdict(rate(*sums.T)),
+        "gain": asdict(rate_difference(*sums.T, *from_least.T)),
+        "less": asdict(rate_difference(*sums.T, *from_most.T)),
+        "share": asdict(share_won(sums, from_least, from_most)),
         **own.info,
     }
 
@@ -95,8 +96,3 @@ def _run(level: str, controller: str, options: str, amount: Amount) -> _Shifts:
         "landing_error_m": float(np.nanmean(throws.landing_error)),
     }
     return _Shifts(*(c.reshape(-1, config.picks_per_shift) for c in (won, spent)), info=info)
-
-
-def _ends(interval: Interval) -> Figures:
-    """A value with the ends of its interval."""
-    return {"value": interval.value, "low": interval.low, "high": interval.high}
