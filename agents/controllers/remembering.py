@@ -14,12 +14,11 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.grasp.core import GraspCore
-from pnt_gym.cells.grasp.images import pixel_places
 
-from ..grasping.features import best_places, blur_maps
+from ..grasping.features import best_places
 from ..grasping.foretelling import Foretold, Straight
 from ..grasping.gauge import SAFETY
-from ..grasping.memory import USUAL, expected
+from ..grasping.memory import USUAL
 from ..ground.places import GRASPING, at
 from .grasps import GIVE_UP, RESIDUAL, GaugePace, pace_action, phases, shipped_release
 from .protocol import Actions, Controller, Observation, to_action
@@ -61,7 +60,7 @@ class Remembering(Controller):
         self._release = shipped_release(core, self.name) if release is None else release
         foretold = Foretold(Straight())
         foretold.restore(read(at(file))[1])
-        self._foretold, self._core = foretold, core
+        self._core = core
         self._watcher = Watcher(self.name, core, foretold, self._release)
         self._pace, self._least, self._again = GaugePace(core, safety), least, again
 
@@ -92,6 +91,5 @@ class Remembering(Controller):
 
     def _places(self, rows: Ints) -> tuple[Floats, Floats]:
         """Places of the cups of some rows (K, 2) [m], and the probabilities that they hold (K,)."""
-        holds = expected(blur_maps(self._foretold.held(self._watcher.maps(rows))), self._watcher.memory.weights(rows))
-        holds[:, np.abs(pixel_places()).max(axis=-1) > self._core.config.grasp.reach] = 0.0
+        holds = self._watcher.holds(self._watcher.maps(rows), self._watcher.memory.weights(rows))
         return best_places(holds), holds.reshape(len(rows), -1).max(axis=1)

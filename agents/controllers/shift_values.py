@@ -19,9 +19,8 @@ from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.images import pixel_places
 from pnt_gym.cells.grasp.observation import LAST, TABLE
 
-from ..grasping.features import blur_maps
 from ..grasping.foretelling import networks_foretell
-from ..grasping.memory import MEMORIES, Recalled, expected
+from ..grasping.memory import MEMORIES, Recalled
 from ..grasping.network import PlaceNetwork
 from ..ground.places import GRASPING, at
 from .grasps import GIVE_UP, PLACE_UNIT, RESIDUAL, observe, pace_action, phases, residual_width, shipped_release
@@ -150,9 +149,7 @@ class ShiftValues(Controller):
         if self._remembers:
             foretold = np.where(shown, np.clip(foretold + surprise[:, None, None], 0.0, 1.0), 0.0)
             weights = memory.weights(rows)
-        holds = expected(blur_maps(self._foretold.held(foretold)), weights)
-        pixels = pixel_places()
-        holds[:, np.abs(pixels).max(axis=-1) > self._config.grasp.reach] = 0.0
+        holds, pixels = watcher.holds(foretold, weights), pixel_places()
         error = np.einsum("kij,ijc->kc", weights, memory.offsets)
         middle = np.einsum("kab,abc->kc", shown, pixels) / np.maximum(shown.sum(axis=(1, 2)), 1)[:, None] - error
         distance = np.hypot(*np.moveaxis(pixels - middle[:, None, None], -1, 0))

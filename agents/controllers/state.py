@@ -16,7 +16,7 @@ from pnt_gym.reading import AccessError, arrays_of
 from ..ground.cli import UsageError
 from ..ground.outputs import deliver
 from .adaptive import IN_CONTEXT, STATIC, Adaptive
-from .protocol import Controller, Learner, learns
+from .protocol import Controller, Learner, State, learns
 
 MISSING: Final = os.strerror(errno.ENOENT)
 STATE: Final = re.compile(r"\w[\w .:-]*")
@@ -63,7 +63,12 @@ def steps(controller: Controller, usual: int, practice: int | None, load: Path |
 
 def save_state(controller: Learner, path: Path) -> None:
     """Write the learned state of a controller to a .npz file, atomically."""
-    arrays: dict[str, Any] = {"controller": np.array(_names(controller)[0]), **controller.state()}
+    write_state(_names(controller)[0], controller.state(), path)
+
+
+def write_state(name: str, state: State, path: Path) -> None:
+    """Write the state of a controller of a name to a .npz file, atomically."""
+    arrays: dict[str, Any] = {"controller": np.array(name), **state}
 
     def write(temporary: Path) -> None:
         with temporary.open("wb") as file:  # given a name, numpy would append a suffix

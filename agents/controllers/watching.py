@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.cells.grasp.core import GraspCore
+from pnt_gym.cells.grasp.images import pixel_places
 from pnt_gym.cells.grasp.observation import LAST, TABLE
 
-from ..grasping.features import place_features
+from ..grasping.features import blur_maps, place_features
 from ..grasping.foretelling import Foretold, labels
-from ..grasping.memory import LANDS, Event, Recalled, ShiftMemory, around, looks, turned
+from ..grasping.memory import LANDS, Event, Recalled, ShiftMemory, around, expected, looks, turned
 from ..ground.cli import UsageError
 from .grasps import direction_of, observe
 from .protocol import Actions, Observation
@@ -126,6 +127,17 @@ class Watcher:
     def maps(self, rows: Ints) -> Floats:
         """Labels of the gauge that are foretold for the present objects (K, 48, 48)."""
         return self._maps[rows].astype(np.float64)
+
+    def holds(self, foretold: Floats, weights: Floats) -> Floats:
+        """Probabilities that a try holds (K, 48, 48), at places that the cup reaches.
+
+        Args:
+            foretold: labels of the gauge that are foretold (K, 48, 48).
+            weights: probabilities of the cup's errors (K, SIDE, SIDE).
+        """
+        holds = expected(blur_maps(self._foretold.held(foretold)), weights)
+        holds[:, np.abs(pixel_places()).max(axis=-1) > self._config.grasp.reach] = 0.0
+        return holds
 
     def recall(self) -> Recalled:
         """What is known of objects like the present ones (N,)."""

@@ -14,12 +14,13 @@ from pnt_gym.cells.grasp.config import GraspConfig
 from ..controllers.protocol import State
 from ..controllers.remembering import Remembering
 from ..controllers.shift_values import ShiftValues
+from ..controllers.state import write_state
 from ..grasping.foretelling import Foretold, Straight, networks_foretell
 from ..ground.cli import at_least, check_libraries, option, run
 from ..ground.environments import core_of, make_vector, stream_seed
 from ..ground.fitting import on_one_thread
 from ..ground.infos import rows_thrown
-from ..ground.outputs import check_ending, check_writable, deliver
+from ..ground.outputs import check_ending, check_writable
 from ..judging.loop import observed
 
 ENV: Final = "PnTGrasp-v0"
@@ -66,14 +67,7 @@ def main(arguments: Arguments) -> None:
         learned = practise_shifts(arguments.seed, arguments.memory, arguments.picks, gauge)
         name, state = learned.name, learned.state()
     if arguments.out is not None:
-        deliver(arguments.out, lambda path: save(name, state, path))
-
-
-def save(name: str, state: State, path: Path) -> None:
-    """Write the state of a controller of a name."""
-    arrays: dict[str, Any] = {"controller": np.array(name), **state}
-    with path.open("wb") as file:  # given a name, numpy would append a suffix
-        np.savez(file, **arrays)
+        write_state(name, state, arguments.out)
 
 
 @on_one_thread

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from agents.controllers import make_controller
+from agents.controllers.state import write_state
 from agents.grasping.foretelling import networks_foretell
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import observed, throw_held_out
-from agents.training.grasp_shifts import practise_gauge, practise_shifts, save
+from agents.training.grasp_shifts import practise_gauge, practise_shifts
 
 LEVEL = {"base": "grasp_shift", "picks_per_shift": 20, "drawn": {"kinds": 40, "seed": 1}}
 
@@ -67,7 +68,7 @@ def test_practice_makes_networks_that_a_file_keeps(tmp_path: Any, monkeypatch: p
         monkeypatch.setattr(f"agents.grasping.foretelling.{name}", 20)
     learned = practise_shifts(0, True, 400, practise_gauge(networks_foretell(), 400))
     file = tmp_path / "values.npz"
-    save(learned.name, learned.state(), file)
+    write_state(learned.name, learned.state(), file)
     env = cells(8)
     controller: Any = make_controller("shift_values", env, file=file)
     assert np.isfinite(throw_held_out(controller, env, 80, 1).cycle_time).all()
