@@ -37,3 +37,14 @@ def opengl():
     problem = rendering_problem()
     if problem is not None:
         pytest.skip(problem)
+
+
+@pytest.fixture(scope="module")
+def results_as_they_stand():
+    """Figures of the project's results are read alone; tests/results computes them anew from the throws."""
+    from agents.report import contents  # noqa: PLC0415  # most tests need no report
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(contents.compare, "check", lambda content, **_: content)
+        yield
+    contents._read.cache_clear()

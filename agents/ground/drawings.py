@@ -78,7 +78,7 @@ def dress(
 
 
 def say_start(axes: Axes) -> None:
-    """Say at the vertical axis where it begins, if that is above zero; a logarithmic one says that it is."""
+    """Say at a linear vertical axis where it begins, if that is above zero."""
     if axes.get_yscale() == "linear" and (start := axes.get_ylim()[0]) > 0.0:
         axes.set_ylabel(f"{axes.get_ylabel()} (axis from {start:.3g})")
 

@@ -105,7 +105,13 @@ def colours(labels: Iterable[str]) -> dict[str, str]:
     return known | {label: free[k % len(free)] for k, label in enumerate(others)}
 
 
+def reader_name(label: str) -> str:
+    """The name of a controller that a reader knows; empty where there is none beside the identifier."""
+    own = look(label)
+    return "" if own is None else own.name
+
+
 def said(label: str) -> str:
     """The identifier of a controller, with the name that a reader knows."""
-    own = look(label)
-    return f"{label}: {own.name}" if own is not None and own.name else label
+    name = reader_name(label)
+    return f"{label}: {name}" if name else label

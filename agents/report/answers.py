@@ -10,7 +10,7 @@ import numpy as np
 from ..controllers.named import CHEATS
 from ..dispatchers.settings import PLANNERS
 from ..ground import metrics
-from ..ground.looks import look
+from ..ground.looks import reader_name
 from ..judging.throw_record import ThrowRecord
 from ..reproduce.record import verdicts
 from ..results.study import shipped_study
@@ -371,8 +371,8 @@ def _losses(row: Data) -> str:
 
 def _named(label: str) -> str:
     """The identifier of a controller, with the name that a reader knows in brackets."""
-    own = look(label)
-    return f"`{label}` ({own.name})" if own is not None and own.name else f"`{label}`"
+    name = reader_name(label)
+    return f"`{label}` ({name})" if name else f"`{label}`"
 
 
 WORDS: Final[Mapping[str, Callable[[Data], str]]] = {

@@ -14,7 +14,7 @@ from pnt_gym.constants import WORLD
 
 from ..controllers.named import CHEATS
 from ..ground.files import check_form
-from ..ground.looks import LOOKS
+from ..ground.looks import reader_name
 from ..ground.tables import NONE, Grid
 from ..ground.versions import world_of
 from ..results import compare
@@ -161,7 +161,7 @@ def grid(results: Path, name: str) -> Grid:
 
 def _name(entry: Entry) -> str:
     """The identifier, the name that a reader knows, and a mark on who knows more than a controller can know."""
-    words = [LOOKS[entry.label].name if entry.label in LOOKS else "", "*knows what is hidden*" * entry.is_cheat]
+    words = [reader_name(entry.label), "*knows what is hidden*" * entry.is_cheat]
     return f"`{entry.label}` {', '.join(word for word in words if word)}".strip()
 
 

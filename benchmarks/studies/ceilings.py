@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import closing
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from agents.dispatchers.registry import ENV, FORESEEING, line_core
 from agents.dispatchers.search import shift_values
 from agents.ground.environments import Env, make_vector, stream_seed
 from agents.results.study import Amount, Figures, Settings
+from pnt_gym.arrays import Ints
 
 FIRST: Final = "fifo"
 """The controller over which others win."""
@@ -29,8 +30,7 @@ def shifts(settings: Settings, amount: Amount) -> Iterator[Figures]:
         settings: `level`, and the names of the `controllers`.
         amount: shifts.
     """
-    level = {"name": settings["level"]["base"], **settings["level"]}  # the name finds the settings that were tuned
-    seeds = np.array([stream_seed("evaluate", amount.seed, k) for k in range(amount.throws)])
+    level, seeds = _held_out(settings, amount)
     with closing(make_vector(ENV, level, 1, 1)) as env:
         duration = line_core(env).config.duration
         drawn, expected, foreseen = np.array([_ceilings(env, seed) for seed in seeds]).T
@@ -54,8 +54,7 @@ def closest(settings: Settings, amount: Amount) -> Iterator[Figures]:
         settings: `level`, and the names of the `controllers`.
         amount: shifts.
     """
-    level = {"name": settings["level"]["base"], **settings["level"]}
-    seeds = np.array([stream_seed("evaluate", amount.seed, k) for k in range(amount.throws)])
+    level, seeds = _held_out(settings, amount)
     with closing(make_vector(ENV, level, amount.throws, 1)) as env:
         core = line_core(env)
         env.reset(seed=seeds.tolist())
@@ -66,6 +65,12 @@ def closest(settings: Settings, amount: Amount) -> Iterator[Figures]:
         for name in settings["controllers"]:
             shares = shift_values(registry.make(name, core), env, seeds) * minutes / bounds
             yield {"controller": name, "closest": float(shares.max())}
+
+
+def _held_out(settings: Settings, amount: Amount) -> tuple[dict[str, Any], Ints]:
+    """The level with its name, by which tuned settings are found, and the seeds of its shifts."""
+    level = {"name": settings["level"]["base"], **settings["level"]}
+    return level, np.array([stream_seed("evaluate", amount.seed, k) for k in range(amount.throws)])
 
 
 def _ceilings(env: Env, seed: int) -> tuple[float, float, float]:

@@ -14,7 +14,6 @@ from agents.controllers import NAMES
 from agents.dispatchers.registry import NAMES as LINE_NAMES
 from agents.ground.console import COMMANDS
 from agents.ground.levels import FAMILIES
-from agents.report import contents
 from agents.report.blocks import fill
 from agents.reproduce.papers import PAPERS, package
 from docs.pages import (
@@ -41,13 +40,7 @@ README = (DOCS.parent / "README.md").read_text(encoding="utf-8")
 MOST_BYTES = 900_000
 
 
-@pytest.fixture(autouse=True, scope="module")
-def results_as_they_stand():
-    """Figures of results are read alone; `tests/results/test_report.py` computes them anew from the throws."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(contents.compare, "check", lambda content, **_: content)
-        yield
-    contents._read.cache_clear()
+pytestmark = pytest.mark.usefixtures("results_as_they_stand")
 
 
 def names(text):

@@ -5,20 +5,14 @@ import re
 import pytest
 
 from agents.ground.places import SHIPPED as ROOT
-from agents.report import contents, leaderboard
+from agents.report import leaderboard
 from agents.report.blocks import makers_from
 from agents.report.leaderboard import BOARDS, US
 
 RESULTS = ROOT / "results"
 
 
-@pytest.fixture(autouse=True, scope="module")
-def results_as_they_stand():
-    """Figures of the project's results are read alone; tests/results computes them anew from the throws."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(contents.compare, "check", lambda content, **_: content)
-        yield
-    contents._read.cache_clear()
+pytestmark = pytest.mark.usefixtures("results_as_they_stand")
 
 
 def figures(cells):
