@@ -1,9 +1,10 @@
 """The oracle of grasps: it simulates each try and each throw before it, and takes the fastest throw that is sorted.
 
-The oracle knows the surface, the leak under each lip, the error of the cup, the luck of the try, and where an object
-lands. It lacks the jitter of the release alone. Its releases are corrected by the residual of all controllers that
-grasp, so what it sorts above another row is worth of place, pace and of the objects that it gives up. What it sorts is
-reached and no proof: another search, or better releases, could sort a little more.
+Without foresight of landings, it takes the fastest throw that the hold survives. The oracle knows the surface, the leak
+under each lip, the error of the cup, the luck of the try, and where an object lands. It lacks the jitter of the release
+alone. Its releases are corrected by the residual of all controllers that grasp, so what it sorts above another row is
+worth of place, pace and of the objects that it gives up. What it sorts is reached and no proof: another search, or
+better releases, could sort a little more.
 """
 
 from __future__ import annotations
@@ -42,10 +43,10 @@ class _Grasp(NamedTuple):
 
 
 class _Throws(NamedTuple):
-    """The fastest throws of K objects that are sorted, as simulated."""
+    """The fastest throws of K objects that are good: sorted, or at least not dropped."""
 
     found: Bools
-    """Whether any of the simulated throws is sorted (K,)."""
+    """Whether any of the simulated throws is good (K,)."""
     grasp: Ints
     """Index of the simulated try (K,)."""
     pace: Floats
@@ -55,7 +56,7 @@ class _Throws(NamedTuple):
 
     @classmethod
     def none(cls, count: int, pace: float) -> _Throws:
-        """No throw yet; the pace stands for one that is not sorted."""
+        """No throw yet; the pace stands for one that is not good."""
         return cls(np.full(count, False), np.zeros(count, int), np.full(count, pace), np.zeros((count, 2)))
 
 
@@ -66,6 +67,7 @@ class GraspOracle(Controller):
     Args:
         core: the cells.
         release: corrects releases; None for the residual that ships.
+        lands: whether the oracle knows where objects land, beside how they are held.
 
     Raises:
         UsageError: the level has groups of objects, no surfaces, or one stage.
@@ -73,8 +75,9 @@ class GraspOracle(Controller):
 
     name = "oracle_grasp"
 
-    def __init__(self, core: GraspCore, release: OnPolicyRegression | None = None) -> None:
+    def __init__(self, core: GraspCore, release: OnPolicyRegression | None = None, *, lands: bool = True) -> None:
         self._residual = shipped_release(core, self.name) if release is None else release
+        self._lands = lands
         if core.config.grasp.objects > 1 or core.config.surface is None or core.config.grasp.stages == 1:
             raise UsageError(
                 "controller 'oracle_grasp' knows single objects with surfaces, which it grasps first and throws next; "
@@ -115,7 +118,7 @@ class GraspOracle(Controller):
         action[rows[~best.found], 2] = GIVE_UP
 
     def _fastest(self, observation: Observation, rows: Ints, tries: list[_Grasp]) -> _Throws:
-        """The fastest throws that are sorted, after one of some simulated tries."""
+        """The fastest throws that are good, after one of some simulated tries."""
         best = _Throws.none(len(rows), self._paces[-1])
         for pace in self._paces:
             for number, grasp in enumerate(tries):
@@ -125,8 +128,9 @@ class GraspOracle(Controller):
                 residual = self._release(take(grasp, left), observation.kind[rows[left]], pace)
                 paces = np.full(len(left), pace)
                 outcome = self._foresight.throw(rows[left], take(grasp.picks, left), paces, residual)
-                found = _Throws(outcome.sorted, np.full(len(left), number), paces, residual)
-                best = put_rows(best, left[outcome.sorted], take(found, outcome.sorted), len(rows))
+                good = outcome.sorted if self._lands else ~outcome.dropped
+                found = _Throws(good, np.full(len(left), number), paces, residual)
+                best = put_rows(best, left[good], take(found, good), len(rows))
         return best
 
     def _release(self, grasp: _Grasp, kind: Ints, pace: float) -> Floats:

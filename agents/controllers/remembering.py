@@ -21,9 +21,9 @@ from ..grasping.gauge import SAFETY
 from ..grasping.memory import USUAL
 from ..ground.places import GRASPING, at
 from .grasps import GIVE_UP, RESIDUAL, GaugePace, pace_action, phases, shipped_release
-from .protocol import Actions, Controller, Observation, to_action
+from .protocol import Actions, Controller, Observation, State, to_action
 from .regression import OnPolicyRegression
-from .state import read
+from .state import load_state
 from .watching import Watcher
 
 FILE: Final = GRASPING.parent / "PnTGrasp-v0-grasp_shift" / "remembering.npz"
@@ -58,15 +58,22 @@ class Remembering(Controller):
         safety: float = SAFETY,
     ) -> None:
         self._release = shipped_release(core, self.name) if release is None else release
-        foretold = Foretold(Straight())
-        foretold.restore(read(at(file))[1])
-        self._core = core
-        self._watcher = Watcher(self.name, core, foretold, self._release)
+        self._core, self._foretold = core, Foretold(Straight())
+        self._watcher = Watcher(self.name, core, self._foretold, self._release)
+        load_state(self, at(file))
         self._pace, self._least, self._again = GaugePace(core, safety), least, again
 
     def reset(self, seed: int) -> None:
         """Forget all shifts."""
         self._watcher.begin(0)
+
+    def state(self) -> State:
+        """State of the regression."""
+        return self._foretold.state()
+
+    def restore(self, state: State) -> None:
+        """Load the state of the regression."""
+        self._foretold.restore(state)
 
     def act(self, observation: Observation) -> Actions:
         """Actions (N, 6): of the grasp where the cup is free, of the throw where the object hangs."""

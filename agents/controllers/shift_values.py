@@ -1,14 +1,16 @@
 """The controller of shifts of grasps that learned from many simulated shifts how to use its memory.
 
-The memory is that of the hand-written rule: what the cup's error may be, and means over earlier objects of a look.
-Three regressions have its numbers among their features: the value of a try, the value of paces, and the correction of
-the release. The cup goes to one of a few places that hold most probably. A value is the chance that the object is
-sorted, less the price of the time until the next one.
+The memory is that of the hand-written rule: what the cup's error may be, and means over earlier objects of a look. A
+network foretells the gauge with attention to the earlier tries. Three regressions have the numbers of the memory among
+their features: the value of a try, the value of paces, and the correction of the release. The cup goes to one of a few
+places that hold most probably. A value is the chance that the object is sorted, less the price of the time until the
+next one.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Final, NamedTuple, final
 
@@ -19,6 +21,7 @@ from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.images import pixel_places
 from pnt_gym.cells.grasp.observation import LAST, TABLE
 
+from ..grasping.attention import TryNetwork
 from ..grasping.foretelling import networks_foretell
 from ..grasping.memory import MEMORIES, Recalled
 from ..grasping.network import PlaceNetwork
@@ -26,7 +29,7 @@ from ..ground.places import GRASPING, at
 from .grasps import GIVE_UP, PLACE_UNIT, RESIDUAL, observe, pace_action, phases, residual_width, shipped_release
 from .protocol import Actions, Controller, Observation, State, to_action
 from .regression import Mlp, OnPolicyRegression
-from .state import read
+from .state import load_state
 from .watching import Watcher
 
 FILE: Final = GRASPING.parent / "PnTGrasp-v0-grasp_shift" / "shift_values_0.npz"
@@ -83,13 +86,14 @@ class ShiftValues(Controller):
     ) -> None:
         usual = shipped_release(core, self.name) if release is None else release
         self._core, self._config, self._foretold = core, core.config, networks_foretell()
-        self._watcher = Watcher(self.name, core, self._foretold, usual)
+        self._attention = TryNetwork()
+        self._watcher = Watcher(self.name, core, self._foretold, usual, self._attention)
         self._tries, self._paces = PlaceNetwork(None, _TRY_INPUTS), PlaceNetwork(None, _THROW_INPUTS)
         self._releases, self._knows_releases = Mlp(), False
         self._remembers, self._rides, self._fails = True, 0.0, -1.0
         self._practice: Practising | None = None
         if file is not None:
-            self.restore(read(at(file))[1])
+            load_state(self, at(file))
 
     def reset(self, seed: int) -> None:
         """Forget all shifts; what was learned of shifts stays."""
@@ -104,7 +108,7 @@ class ShiftValues(Controller):
         held, tried = phases(observation, self._config.grasp.tries)
         free, hangs = np.flatnonzero(~held), np.flatnonzero(held)
         if free.size > 0:
-            self._grasp(observation, free, tried, recalled.surprise, known, action)
+            self._grasp(observation, free, tried, known, action)
         reference = self._watcher.reference(observation, action)
         if hangs.size > 0:
             self._throw(observation, hangs, known, reference, action)
@@ -117,12 +121,10 @@ class ShiftValues(Controller):
             return np.zeros((len(rows), MEMORIES + 1))
         return np.column_stack([recalled.columns(), self._watcher.memory.doubt(rows) / DOUBT])
 
-    def _grasp(
-        self, observation: Observation, rows: Ints, tried: Floats, surprise: Floats, known: Floats, action: Actions
-    ) -> None:
+    def _grasp(self, observation: Observation, rows: Ints, tried: Floats, known: Floats, action: Actions) -> None:
         """Write the actions of free cups."""
         features = np.column_stack([tried, observation.features.astype(np.float64), known])[rows]
-        places, inputs = self._candidates(rows, surprise[rows], features)
+        places, inputs = self._candidates(rows, features)
         log, count = self._practice, len(rows)
         score = self._tries.predict(inputs.reshape(count * len(PULLS), -1)) if self._tries.is_fitted else None
         value = inputs[:, :, 0] if score is None else score.reshape(count, -1)
@@ -137,7 +139,7 @@ class ShiftValues(Controller):
         action[rows, :2] = np.clip(picked / self._config.grasp.reach, -1.0, 1.0)
         action[rows[gives_up], 2] = GIVE_UP
 
-    def _candidates(self, rows: Ints, surprise: Floats, features: Floats) -> tuple[Floats, Floats]:
+    def _candidates(self, rows: Ints, features: Floats) -> tuple[Floats, Floats]:
         """Places between which a try chooses (K, C, 2) [m], and their features (K, C, D).
 
         Each is the place that holds most probably, with another pull towards the middle of what the picture shows.
@@ -145,10 +147,7 @@ class ShiftValues(Controller):
         watcher, memory = self._watcher, self._watcher.memory
         foretold = watcher.maps(rows)
         shown = foretold > 0.0
-        weights = np.tile(memory.first, (len(rows), 1, 1))
-        if self._remembers:
-            foretold = np.where(shown, np.clip(foretold + surprise[:, None, None], 0.0, 1.0), 0.0)
-            weights = memory.weights(rows)
+        weights = memory.weights(rows) if self._remembers else np.tile(memory.first, (len(rows), 1, 1))
         holds, pixels = watcher.holds(foretold, weights), pixel_places()
         error = np.einsum("kij,ijc->kc", weights, memory.offsets)
         middle = np.einsum("kab,abc->kc", shown, pixels) / np.maximum(shown.sum(axis=(1, 2)), 1)[:, None] - error
@@ -212,10 +211,11 @@ class ShiftValues(Controller):
     # Learning
 
     def begin_shifts(self, seed: int, remembers: bool, gauge: State) -> None:
-        """Begin to explore, with a state of what foretells the gauge."""
+        """Begin to explore, with a state of the parts that foretell the gauge."""
         self._remembers, self._seed = remembers, seed
         self._practice = Practising(seed)
-        self._foretold.restore(gauge)
+        self._watcher.attends = remembers
+        self._restore(gauge, ("gauge", "attention"))
 
     def end_shifts(self) -> None:
         """Stop to explore."""
@@ -263,21 +263,31 @@ class ShiftValues(Controller):
         tried = np.concatenate([s.tried for s in samples if len(s.tried)])
         self._tries.fit(tried, np.repeat(values, tries), self._seed + 1, steps)
 
+    @property
+    def _parts(self) -> dict[str, Any]:
+        """All that is fitted, by name."""
+        return {
+            "try": self._tries, "pace": self._paces, "release": self._releases, "gauge": self._foretold,
+            "attention": self._attention,
+        }  # fmt: skip
+
     def state(self) -> State:
         """Arrays of all networks, and the values of objects that ride on."""
-        parts = {"try": self._tries, "pace": self._paces, "release": self._releases, "gauge": self._foretold}
-        arrays = {f"{part} {name}": a for part, one in parts.items() for name, a in one.state().items()}
+        arrays = {f"{part} {name}": array for part, one in self._parts.items() for name, array in one.state().items()}
         return {**arrays, "rides": np.array([self._rides, self._fails, float(self._remembers)])}
 
     def restore(self, state: State) -> None:
         """Load all networks."""
-        parts: dict[str, Any] = {
-            "try ": self._tries, "pace ": self._paces, "release ": self._releases, "gauge ": self._foretold,
-        }  # fmt: skip
-        for part, one in parts.items():
-            one.restore({name.removeprefix(part): a for name, a in state.items() if name.startswith(part)})
+        self._restore(state, self._parts)
         self._rides, self._fails = float(state["rides"][0]), float(state["rides"][1])
         self._remembers, self._knows_releases = bool(state["rides"][2] > 0.5), True
+        self._watcher.attends = self._remembers
+
+    def _restore(self, state: State, parts: Iterable[str]) -> None:
+        """Load some parts."""
+        for part in parts:
+            own = {name.removeprefix(f"{part} "): a for name, a in state.items() if name.startswith(f"{part} ")}
+            self._parts[part].restore(own)
 
 
 @final

@@ -6,7 +6,7 @@ import errno
 import os
 import re
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -61,7 +61,7 @@ def steps(controller: Controller, usual: int, practice: int | None, load: Path |
     return (usual if practice is None else practice) if learns(controller) else 0
 
 
-def save_state(controller: Learner, path: Path) -> None:
+def save_state(controller: Stored, path: Path) -> None:
     """Write the learned state of a controller to a .npz file, atomically."""
     write_state(_names(controller)[0], controller.state(), path)
 
@@ -77,7 +77,24 @@ def write_state(name: str, state: State, path: Path) -> None:
     deliver(path, write)
 
 
-def load_state(controller: Learner, path: Path) -> None:
+class Stored(Protocol):
+    """A controller whose state files keep."""
+
+    @property
+    def name(self) -> str:
+        """Name of the controller."""
+        ...
+
+    def state(self) -> State:
+        """Arrays by name."""
+        ...
+
+    def restore(self, state: State) -> None:
+        """Load such arrays."""
+        ...
+
+
+def load_state(controller: Stored, path: Path) -> None:
     """Load the saved state of a controller of the same name.
 
     Raises:
@@ -99,7 +116,7 @@ def load_state(controller: Learner, path: Path) -> None:
         raise UsageError(f"{str(path)!r} holds no state of {owner!r} that this version can read")
 
 
-def _names(controller: Learner) -> tuple[str, ...]:
+def _names(controller: Stored) -> tuple[str, ...]:
     """Names of controllers whose state a controller can load, its own first; adaptive ones contain a static policy."""
     if not isinstance(controller, Adaptive):
         return (controller.name,)

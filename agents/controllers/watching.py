@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints, take
-from pnt_gym.cells.grasp.config import GraspConfig, Surface
+from pnt_gym.cells.grasp.config import PIXEL, GraspConfig, Surface
 from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.images import pixel_places
 from pnt_gym.cells.grasp.observation import LAST, TABLE
 
+from ..grasping.attention import LABEL, TryMemory, TryNetwork, place_inputs
 from ..grasping.features import blur_maps, place_features
-from ..grasping.foretelling import Foretold, labels
+from ..grasping.foretelling import Foretold, LabelTable, labels
 from ..grasping.memory import LANDS, Event, Recalled, ShiftMemory, around, expected, looks, turned
 from ..ground.cli import UsageError
 from .grasps import direction_of, observe
@@ -36,25 +37,40 @@ class Watcher:
     Args:
         name: name of the controller, for errors.
         core: the cells.
-        foretold: foretells what the gauge reads.
+        foretold: foretells from a picture what the gauge reads.
         usual: correction of releases without memory, against which landings are remembered.
+        attention: foretells the gauge from earlier tries of the shift too; None for the picture alone.
 
     Raises:
         UsageError: the level's observations have no last try.
     """
 
-    def __init__(self, name: str, core: GraspCore, foretold: Foretold, usual: OnPolicyRegression) -> None:
+    def __init__(
+        self,
+        name: str,
+        core: GraspCore,
+        foretold: Foretold,
+        usual: OnPolicyRegression,
+        attention: TryNetwork | None = None,
+    ) -> None:
         config: GraspConfig = core.config
         if not config.remembers or config.surface is None or config.grasp.stages == 1:
             raise UsageError(
                 f"controller {name!r} remembers what a shift of grasps has shown; use a level with grasp.picks: shift, "
                 "surfaces and two stages, such as grasp_shift"
             )
-        self._config, self._foretold, self._usual = config, foretold, usual
+        self._config, self._foretold, self._usual, self._attention = config, foretold, usual, attention
         self._surface: Surface = config.surface
+        self.attends = True
+        """Whether earlier tries are kept for the attention."""
         self._spread = config.drift.camera.normal * config.mismatch
         self._length = config.picks_per_shift
         self.begin(0)
+
+    @property
+    def _table(self) -> LabelTable:
+        """How labels are spread around those that are foretold."""
+        return (self._attention or self._foretold).table
 
     def begin(self, count: int) -> None:
         """Forget everything, for N rows."""
@@ -63,6 +79,9 @@ class Watcher:
         self._number = np.full(count, -1, dtype=np.int64)
         self._maps: NDArray[np.float32] = np.zeros((count, 48, 48), dtype=np.float32)
         self._radius, self._reference = np.full(count, 0.018), np.zeros((count, 2))
+        self._tries = TryMemory(count, self._length * self._config.grasp.tries)
+        self._places: dict[int, tuple[Ints, Floats]] = {}
+        """Pixels (T, 2) of the present objects, by row, and inputs of the network there (T, D)."""
 
     def notice(self, observation: Observation) -> None:
         """Take in what the last steps showed, before the coming steps are chosen."""
@@ -77,6 +96,7 @@ class Watcher:
         over = np.flatnonzero((number != self._number) & ~first & (self._number >= 0))
         self._take_end(over, last)
         self.memory.begin(np.flatnonzero(first))
+        self._tries.begin(np.flatnonzero(first))
         new = np.flatnonzero((number != self._number) | first)
         self._number[new] = number[new]
         if new.size > 0:
@@ -91,11 +111,31 @@ class Watcher:
         foretold = around(self._maps[rows], place, 0.0)
         weights = self.memory.weights(rows)
         mean = (foretold * weights).sum(axis=(1, 2))
-        self.memory.watch(rows, self._foretold.likelihood(foretold, read))
+        self.memory.watch(rows, self._table.likelihood(foretold, read))
         events = self._events
         held, surprise, tried = events.held.copy(), events.surprise.copy(), events.tried.copy()
         tried[rows], held[rows], surprise[rows] = True, last["held"][rows] > 0.5, read - mean
         self._events = events.replace(tried=tried, held=held, surprise=surprise)
+        if self._attention is not None and self.attends:
+            self._keep_tries(rows, place + self.memory.error(rows), read)
+
+    def _keep_tries(self, rows: Ints, places: Floats, read: Floats) -> None:
+        """Keep tries at expected places (K, 2) [m] with labels (K,) that were read, and foretell the objects anew."""
+        line = pixel_places()
+        for row, place, label in zip(map(int, rows), places, read, strict=True):
+            pixels, inputs = self._places[row]
+            away = np.hypot(*(line[pixels[:, 0], pixels[:, 1]] - place).T)
+            nearest = int(away.argmin()) if len(away) > 0 else -1
+            if nearest >= 0 and away[nearest] < PIXEL:
+                self._tries.add(row, inputs[nearest], label - inputs[nearest, LABEL])
+                self._foretell(row)
+
+    def _foretell(self, row: int) -> None:
+        """Foretell the labels of the present object of a row, by earlier tries."""
+        assert self._attention is not None  # of those who call
+        pixels, inputs = self._places[row]
+        if len(inputs) > 0:
+            self._maps[row, pixels[:, 0], pixels[:, 1]] = self._attention.predict(inputs, *self._tries.of_row(row))
 
     def _take_end(self, rows: Ints, last: dict[str, Floats]) -> None:
         """Keep the objects of some rows whose picks are over."""
@@ -123,6 +163,12 @@ class Watcher:
         self._looks[rows] = looks({name: value[rows] for name, value in values.items()}, features)
         self._maps[rows] = self._foretold.maps(features)
         self._radius[rows] = values["cup_radius"][rows]
+        if self._attention is not None:
+            inputs = place_inputs(features, self._foretold.predict(features.values), self._looks[rows])
+            for k, row in enumerate(map(int, rows)):
+                own = features.picture == k
+                self._places[row] = features.pixel[own], inputs[own]
+                self._foretell(row)
 
     def maps(self, rows: Ints) -> Floats:
         """Labels of the gauge that are foretold for the present objects (K, 48, 48)."""
@@ -135,7 +181,7 @@ class Watcher:
             foretold: labels of the gauge that are foretold (K, 48, 48).
             weights: probabilities of the cup's errors (K, SIDE, SIDE).
         """
-        holds = expected(blur_maps(self._foretold.held(foretold)), weights)
+        holds = expected(blur_maps(self._table.held(foretold)), weights)
         holds[:, np.abs(pixel_places()).max(axis=-1) > self._config.grasp.reach] = 0.0
         return holds
 

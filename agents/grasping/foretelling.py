@@ -7,7 +7,7 @@ spread where the regression foretells a value.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final, NamedTuple, Protocol, final
+from typing import Any, Final, NamedTuple, Protocol, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,34 @@ def labels(vacuum: Floats, radius: Floats, surface: Surface) -> Floats:
     """Labels from 0 to 1 of readings [N] under cups of radii [m], (N,) each; 1/2 is the least that counts as held."""
     least = surface.pressure * np.pi * radius**2
     return np.clip(0.5 + np.log(np.maximum(vacuum, 1e-6) / least) / RANGE, 0.0, 1.0)
+
+
+@final
+class LabelTable:
+    """How labels that are read are spread where a value was foretold.
+
+    Args:
+        share: shares of the labels that were read (columns), by the label that was foretold (rows); None for all alike.
+    """
+
+    def __init__(self, share: Floats | None = None) -> None:
+        self.share = np.full((BINS, BINS), 1.0 / BINS) if share is None else share
+
+    @classmethod
+    def counted(cls, foretold: Floats, read: Floats) -> Self:
+        """The table of tries whose labels were foretold (N,) and read (N,)."""
+        count = np.full((BINS, BINS), 0.2)
+        np.add.at(count, (_bins(foretold), _bins(read)), 1.0)
+        return cls(count / count.sum(axis=1, keepdims=True))
+
+    def likelihood(self, foretold: Floats, read: Floats) -> Floats:
+        """Likelihoods (K, ...) of labels that were read (K,), where (K, ...) were foretold."""
+        shape = (len(read), *([1] * (foretold.ndim - 1)))
+        return self.share[_bins(foretold), _bins(read).reshape(shape)]
+
+    def held(self, foretold: Floats) -> Floats:
+        """Probabilities that the vacuum is enough, where labels are foretold."""
+        return self.share[:, BINS // 2 :].sum(axis=1)[_bins(foretold)]
 
 
 class Foreteller(Protocol):
@@ -109,9 +137,8 @@ class Foretold:
     """
 
     def __init__(self, regressor: Foreteller) -> None:
-        self._regressor, self._is_fitted = regressor, False
-        self._table = np.full((BINS, BINS), 1.0 / BINS)
-        """Shares of the labels that were read (columns), by the label that was foretold (rows)."""
+        self._regressor = regressor
+        self.table = LabelTable()
 
     def practise(self, level: str | GraspConfig, tries: int, seed: int) -> None:
         """Learn from tries at fresh objects in a cell without drift: at random first, then where a hold is likely.
@@ -125,56 +152,41 @@ class Foretold:
             parts = [self._try(part, random, is_random=begin == 0) for part in scenes.parts(PART)]
             fresh, begin = concatenate_records(parts), begin + size
             if number > 0:
-                self._table = self._spread(fresh, self._table if number > 1 else None)
+                foretold = np.where(fresh.on, self._regressor.predict(fresh.values), 0.0)
+                table = LabelTable.counted(foretold, fresh.label)
+                self.table = table if number == 1 else LabelTable((self.table.share + table.share) / 2.0)
             tried = concatenate_records([tried, fresh])
             steps = STEPS if number == rounds else QUICK_STEPS
             self._regressor.fit(tried.values[tried.on], tried.label[tried.on], seed, steps)
-            self._is_fitted = True
 
     def _try(self, scenes: Scenes, random: np.random.Generator, *, is_random: bool) -> _Tried:
         """One try at each object."""
         features = place_features(scenes.images, scenes.radius)
         score = random.gumbel(size=len(features.picture))
         if not is_random:
-            holds = blur_maps(self.held(self.maps(features)))
+            holds = blur_maps(self.table.held(self.maps(features)))
             worth = holds[features.picture, features.pixel[:, 0], features.pixel[:, 1]]
             score += (random.random(features.pictures) >= EXPLORES)[features.picture] * worth / TEMPERATURE
         places, rows = _places(features, score, random)
         label = labels(scenes.try_places(places).vacuum, scenes.radius, scenes.surface)
         return _Tried(rows >= 0, features.values[np.maximum(rows, 0)], label)
 
-    def _spread(self, tried: _Tried, before: Floats | None) -> Floats:
-        """Shares of the labels of tries by the labels that were foretold, averaged with those before."""
-        foretold = np.where(tried.on, self._regressor.predict(tried.values), 0.0)
-        count = np.full((BINS, BINS), 0.2)
-        np.add.at(count, (_bins(foretold), _bins(tried.label)), 1.0)
-        share = count / count.sum(axis=1, keepdims=True)
-        return share if before is None else (before + share) / 2.0
-
     def maps(self, features: PlaceFeatures) -> Floats:
         """Labels that are foretold (N, 48, 48); 0 beside the objects."""
         return features.maps(self._regressor.predict(features.values), 0.0)
 
-    def likelihood(self, foretold: Floats, read: Floats) -> Floats:
-        """Likelihoods (K, ...) of labels that were read (K,), where (K, ...) were foretold."""
-        shape = (len(read), *([1] * (foretold.ndim - 1)))
-        return self._table[_bins(foretold), _bins(read).reshape(shape)]
-
-    def held(self, foretold: Floats) -> Floats:
-        """Probabilities that the vacuum is enough, where labels are foretold; those labels before the first tries."""
-        if not self._is_fitted:
-            return foretold
-        return self._table[:, BINS // 2 :].sum(axis=1)[_bins(foretold)]
+    def predict(self, values: Floats) -> Floats:
+        """Labels (T,) that are foretold of places with features (T, D)."""
+        return self._regressor.predict(values)
 
     def state(self) -> dict[str, Any]:
         """Arrays by name."""
-        return {**self._regressor.state(), "table": self._table}
+        return {**self._regressor.state(), "table": self.table.share}
 
     def restore(self, state: Mapping[str, NDArray[Any]]) -> None:
         """Load a fit."""
-        self._is_fitted = True
         self._regressor.restore({name: array for name, array in state.items() if name != "table"})
-        self._table = np.asarray(state["table"], dtype=np.float64)
+        self.table = LabelTable(np.asarray(state["table"], dtype=np.float64))
 
 
 def networks_foretell() -> Foretold:

@@ -39,29 +39,27 @@ class _Shifts(NamedTuple):
 
 
 def judged(settings: Settings, amount: Amount) -> Figures:
-    """What a controller sorts, and how much of the way from a reference to the oracle it goes, shift by shift.
+    """What a controller sorts, and how much of the way from a reference to two oracles it goes, shift by shift.
 
     Args:
         settings: `level`; `controller`, its `options` and `seeds`, the number of learners of which the option `file`
-            names each by `{seed}`; `first`, the object from which late figures count; `reference` and `oracle`, the
-            same settings of these controllers.
+            names each by `{seed}`; `first`, the object from which late figures count; `reference`, `oracle` and
+            `holds`, the same settings of these controllers, the last one an oracle of holds alone.
         amount: picks of each learner.
     """
-    own, least, most = (_shifts_of(one, settings["level"], amount) for one in _three(settings))
-    late = settings["first"]
-    sums, from_least, from_most = (one.sums(late) for one in (own, least, most))
+    judged = (settings, *(settings[name] for name in ("reference", "oracle", "holds")))
+    shifts, late = [_shifts_of(one, settings["level"], amount) for one in judged], settings["first"]
+    own = shifts[0]
+    sums, from_least, from_most, from_holds = (one.sums(late) for one in shifts)
     return {
         "rate": asdict(rate(*own.sums(1).T)),
         "late": asdict(rate(*sums.T)),
         "gain": asdict(rate_difference(*sums.T, *from_least.T)),
         "less": asdict(rate_difference(*sums.T, *from_most.T)),
         "share": asdict(share_won(sums, from_least, from_most)),
+        "share_of_holds": asdict(share_won(sums, from_least, from_holds)),
         **own.info,
     }
-
-
-def _three(settings: Settings) -> tuple[Settings, Settings, Settings]:
-    return settings, settings["reference"], settings["oracle"]
 
 
 def _shifts_of(settings: Settings, level: Mapping[str, Any], amount: Amount) -> _Shifts:

@@ -92,8 +92,11 @@ def test_no_order_of_a_line_is_above_its_bound_and_foresight_is_near_it() -> Non
 def test_a_memory_of_a_shift_pays_and_the_oracle_is_above_all() -> None:
     rows = {row["who"]: row for row in contents.read(RESULTS / "grasp_shift.json")["rows"]}
     plain, learner, rule = (rows[name] for name in ("shift_values, no memory", "shift_values", "remembering"))
-    without = set(rows) - {"shift_values", "remembering", "oracle_grasp"}
+    holds = rows["oracle_grasp of holds"]
+    without = set(rows) - {"shift_values", "remembering", "oracle_grasp", "oracle_grasp of holds"}
     assert max(rows[name]["late"]["value"] for name in without) == plain["late"]["value"]
-    assert all(row["less"]["high"] < -10.0 for name, row in rows.items() if name != "oracle_grasp")
+    assert learner["late"]["value"] < holds["late"]["value"] < rows["oracle_grasp"]["late"]["value"]
+    assert learner["share_of_holds"]["low"] > 1.5 * rule["share_of_holds"]["value"]
+    assert all(row["less"]["high"] < -10.0 for name, row in rows.items() if not name.startswith("oracle_grasp"))
     assert learner["gain"]["low"] > 5.0
     assert rule["gain"]["low"] > 3.0

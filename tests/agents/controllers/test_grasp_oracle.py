@@ -76,6 +76,15 @@ def test_no_other_controller_sorts_as_much_and_none_of_its_throws_drops_an_objec
     assert oracle.sorted[oracle.picked].mean() > 0.95
 
 
+def test_an_oracle_of_holds_drops_nothing_and_sorts_less_than_one_that_knows_landings(env: Any) -> None:
+    throws = [throw_held_out(make_controller("oracle_grasp", env, lands=lands), env, 320, 4) for lands in (False, True)]
+    holds, lands = throws
+    assert holds.info["dropped"][holds.picked].mean() < 0.01
+    assert holds.picked.mean() >= lands.picked.mean()
+    assert holds.sorted[holds.picked].mean() < lands.sorted[lands.picked].mean()
+    assert holds.sorted.sum() / holds.cycle_time.sum() < lands.sorted.sum() / lands.cycle_time.sum()
+
+
 def test_the_oracle_saves_the_time_of_hopeless_tries_where_it_may() -> None:
     level = {"base": "grasp", **FLIGHT, "grasp": {"skip": True}}
     with closing(make_vector("PnTGrasp-v0", level, ROWS, 1)) as cells:

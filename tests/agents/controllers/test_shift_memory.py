@@ -11,7 +11,7 @@ from agents.grasping.foretelling import networks_foretell
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import observed, throw_held_out
-from agents.training.grasp_shifts import practise_gauge, practise_shifts
+from agents.training.grasp_shifts import practise_attention, practise_shifts, read_gauge
 
 LEVEL = {"base": "grasp_shift", "picks_per_shift": 20, "drawn": {"kinds": 40, "seed": 1}}
 
@@ -63,14 +63,27 @@ def test_levels_without_a_last_try_are_refused(level: Any) -> None:
 
 
 def test_practice_makes_networks_that_a_file_keeps(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("STEPS", "QUICK_STEPS"):
+    monkeypatch.setattr("agents.training.grasp_shifts.OBJECTS", 100)
+    for name in ("STEPS", "QUICK_STEPS", "ATTENTION_STEPS"):
         monkeypatch.setattr(f"agents.training.grasp_shifts.{name}", 20)
-        monkeypatch.setattr(f"agents.grasping.foretelling.{name}", 20)
-    learned = practise_shifts(0, True, 400, practise_gauge(networks_foretell(), 400))
+        monkeypatch.setattr(f"agents.grasping.foretelling.{name}", 20, raising=False)
+    learned = practise_shifts(0, True, 400, practise_attention(networks_foretell(), 400, 1))
     file = tmp_path / "values.npz"
     write_state(learned.name, learned.state(), file)
     env = cells(8)
     controller: Any = make_controller("shift_values", env, file=file)
     assert np.isfinite(throw_held_out(controller, env, 80, 1).cycle_time).all()
+    assert read_gauge(file).keys() == learned.state().keys()
     state = controller.state()
     assert all(np.array_equal(state[name], array) for name, array in learned.state().items())
+
+
+def test_files_of_other_networks_are_refused_in_a_sentence(tmp_path: Any) -> None:
+    env, file = cells(2), tmp_path / "former.npz"
+    write_state("shift_values", {"gauge weight_0": np.zeros((2, 2))}, file)
+    with pytest.raises(UsageError, match="holds no state of 'shift_values' that this version can read"):
+        make_controller("shift_values", env, file=file)
+    with pytest.raises(UsageError, match="that foretell the gauge"):
+        read_gauge(file)
+    with pytest.raises(UsageError, match="was saved by 'shift_values', not by 'remembering'"):
+        make_controller("remembering", env, file=file)

@@ -85,12 +85,12 @@ def test_a_regression_foretells_the_gauge_and_knows_how_well() -> None:
     foretold, random = Foretold(Straight()), np.random.default_rng(0)
     foretold.practise(GraspConfig.load(LEVEL), 600, seed=0)
     grid = (np.arange(BINS) + 0.5) / BINS
-    held = foretold.held(grid)
+    held = foretold.table.held(grid)
     assert held[0] < 0.1
     assert held[6:9].mean() > 0.5
     read = random.random(4)
-    shares = [foretold.likelihood(np.full((4, 2, 3), value), read) for value in grid]
+    shares = [foretold.table.likelihood(np.full((4, 2, 3), value), read) for value in grid]
     assert shares[0].shape == (4, 2, 3)
     again = Foretold(Straight())
     again.restore(foretold.state())
-    np.testing.assert_array_equal(again.held(grid), held)
+    np.testing.assert_array_equal(again.table.held(grid), held)
