@@ -86,7 +86,7 @@ STAGES: Final = (
     ),
     Stage(
         "references",
-        ("pnt_gym.robots.t3kr.references:joint_knots", f"{CONVEYOR}.hand:ThrowClock.of"),
+        ("pnt_gym.robots.t3kr.kinematics:joint_knots", f"{CONVEYOR}.hand:ThrowClock.of"),
         "Path and way back become positions, speeds and torques of the motors, for every step of the physics.",
     ),
     Stage(

@@ -26,8 +26,7 @@ from pnt_gym.robots.specification import (
     set_inertia,
 )
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
-from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
-from pnt_gym.robots.t3kr.references import joint_knots
+from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity, joint_knots
 from pnt_gym.robots.t3kr.visuals import dress_arm, dress_base, dress_platform, dress_rod
 
 Rods = Literal["four", "eight"]
