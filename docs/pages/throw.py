@@ -97,7 +97,7 @@ STAGES: Final = (
     ),
     Stage(
         "flight",
-        (f"{CONVEYOR}.free:FreeObjects.fall", f"{BASE}.flight:Touchdown.landing_fields"),
+        (f"{CONVEYOR}.free:FreeObjects.fall", f"{BASE}.recorded:Touchdown.landing_fields"),
         "Once object and cup are clear of each other, the object flies on without the robot, through the air and into "
         "the bin. The landing is where it crosses the plane of the rim.",
     ),

@@ -7,6 +7,7 @@ only the parallelograms hold it.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, Self, final
 
 import numpy as np
@@ -61,7 +62,7 @@ class T3krHandles:
     tcp: str = "tcp"
     """Site at the TCP."""
 
-    @property
+    @cached_property
     def rods_per_arm(self) -> int:
         """Rods per arm, 1 or 2."""
         return len(self.equalities) // N_ARMS
