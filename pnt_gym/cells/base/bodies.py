@@ -19,7 +19,7 @@ from typing import Final, NamedTuple, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, Ints, join_columns
+from pnt_gym.arrays import Floats, Ints, in_order, join_columns
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID, SHAPES
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.errors import ConfigError
@@ -119,7 +119,7 @@ def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
     bad = ~((full > 0.0) & (full < np.inf))
     if bad.any():
         raise ConfigError(f"size holds an extent of {full[bad][0]} m, but extents must be finite and more than 0.")
-    return lying_extents(index.astype(np.int64), np.ascontiguousarray(full))
+    return lying_extents(*in_order(index.astype(np.int64), full))
 
 
 @kernel_part
@@ -197,7 +197,7 @@ def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
     coefficients[:, 1] = _BLUNT[shape] * drag
     coefficients[:, 2] = _SLENDER * coefficients[:, 1]
     integrals = elliprd(squares[[1, 2, 0]], squares[[2, 0, 1]], squares)
-    fill_added_mass(shape, size, squares, integrals, coefficients)
+    fill_added_mass(*in_order(shape, size), squares, integrals, coefficients)
     return coefficients
 
 

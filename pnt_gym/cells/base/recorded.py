@@ -81,17 +81,6 @@ class ObjectFlight(NamedTuple):
     last_step: Ints1
     """Last step that counts (N,)."""
 
-    @property
-    def free(self) -> Bools:
-        """Steps after the release that count, (N, M)."""
-        steps = np.arange(self.position.shape[1], dtype=np.int64)
-        return (steps > self.release_step[:, None]) & (steps <= self.last_step[:, None])
-
-    def final(self) -> tuple[Floats, Floats]:
-        """Position and velocity at the last step that counts, (N, 3) each."""
-        rows = np.arange(len(self.position))
-        return self.position[rows, self.last_step], self.velocity[rows, self.last_step]
-
 
 @final
 class Touchdown(NamedTuple):

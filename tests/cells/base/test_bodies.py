@@ -23,11 +23,11 @@ def fluid_coefficients(shape, size, drag):
 
 
 def geom_placement(shape, size):
-    return bodies.geom_placement(np.asarray(shape), lying_size(shape, size))
+    return bodies.geom_placement(np.array(shape), lying_size(shape, size))
 
 
 def solid_shell_inertia(mass, size, shape):
-    return bodies.solid_shell_inertia(np.asarray(mass), lying_size(shape, size), np.asarray(shape))
+    return bodies.solid_shell_inertia(np.array(mass), lying_size(shape, size), np.array(shape))
 
 
 def compiled(shape, size, drag, mass=0.02, *, shell=False):

@@ -80,7 +80,7 @@ def test_what_happens_after_the_last_step_does_not_count():
     assert touchdown(late, OPENING).recontact[0]
     cut = late._replace(last_step=np.array([380]))
     assert not touchdown(cut, OPENING).recontact[0]
-    np.testing.assert_array_equal(cut.final()[0], late.position[:, 380])
+    np.testing.assert_array_equal(touchdown(cut, OPENING).position, late.position[:, 380])
 
 
 def test_an_object_that_never_comes_up_to_the_rim_counts_where_it_lies():

@@ -134,7 +134,7 @@ def body_constants(context: Context) -> Rows1[Body]:
 
 
 @kernel_part
-def _turned(rotation: Floats, a: float, b: float, c: float) -> tuple[float, float, float]:
+def _rotate(rotation: Floats, a: float, b: float, c: float) -> tuple[float, float, float]:
     """A vector (a, b, c) turned by a unit quaternion (4,)."""
     w, x, y, z = rotation[0], rotation[1], rotation[2], rotation[3]
     p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
@@ -161,11 +161,11 @@ def part_objects(
         turn, cos, sin = state[row, 3:7], cosine[row], sine[row]
         centre, velocity, attitude, rest = centres[row], velocities[row], attitudes[row], hanging.attitude[row]
         a, b, c = components(arm[row])
-        x, y, z = _turned(turn, a, b, c)
+        x, y, z = _rotate(turn, a, b, c)
         centre[0], centre[1], centre[2] = cos * x - sin * y, cos * y + sin * x, z
         p, q, r = components(state[row, 10:])
         # The velocity of the centre of mass about the tip, omega x r, in the world's axes.
-        x, y, z = _turned(turn, q * c - r * b, r * a - p * c, p * b - q * a)
+        x, y, z = _rotate(turn, q * c - r * b, r * a - p * c, p * b - q * a)
         velocity[0] += cos * x - sin * y
         velocity[1] += cos * y + sin * x
         velocity[2] += z
