@@ -93,7 +93,9 @@ def through(core: Any, thrown: Any, flown: Any) -> str:
         final = position[np.arange(len(position)), fallen.steps - 1]
     else:
         solids, flight = gripper_solids(config, thrown), flown[1].flight
-        position, free, final = flight.position, flight.free, flight.final()[0]
+        position, steps = flight.position, np.arange(flight.position.shape[1])
+        free = (steps > flight.release_step[:, None]) & (steps <= flight.last_step[:, None])
+        final = position[np.arange(len(position)), flight.last_step]
     for k in range(solids.half.shape[1]):
         crossed = crossings(position - solids.centre[:, None, k], solids.half[:, k], free)
         if crossed.any():

@@ -1,6 +1,7 @@
 """Count the files and functions of the project that one `env.step` enters, their calls, and how deep the calls go.
 
 `python benchmarks/trace_step.py [--env ID] [--level NAME] [--list]` measures with `sys.setprofile` after a warm-up.
+A comprehension or a generator expression counts as part of the function in which it stands; a lambda is a function.
 Fewer functions are a symptom of a straight path of the data, and no goal by themselves.
 """
 
@@ -25,6 +26,8 @@ WARM_UP: Final = 2
 """Steps that are not counted, since they compile and fill caches."""
 MOST_STEPS: Final = 100
 """Steps in which an object must be picked."""
+COMPREHENSIONS: Final = frozenset({"<listcomp>", "<dictcomp>", "<setcomp>", "<genexpr>"})
+"""Frames that belong to the function around them; since Python 3.12 only a generator expression has one."""
 
 
 class CheckError(PntGymError):
@@ -42,11 +45,14 @@ class Trace:
 
     def __call__(self, frame: FrameType, event: str, _: Any) -> None:
         """Take in one event of `sys.setprofile`."""
-        if event not in ("call", "return") or not frame.f_code.co_filename.startswith(str(ROOT)):
+        code = frame.f_code
+        if event not in ("call", "return") or not code.co_filename.startswith(str(ROOT)):
+            return
+        if code.co_name in COMPREHENSIONS:
             return
         self.depth += 1 if event == "call" else -1
         if event == "call":
-            self.functions[frame.f_code.co_filename, frame.f_code.co_qualname] += 1
+            self.functions[code.co_filename, code.co_qualname] += 1
             self.deepest = max(self.deepest, self.depth)
 
     @property
@@ -106,7 +112,7 @@ def main() -> None:
     )
     if args.list:
         for file in sorted(trace.files):
-            names = [f"{name} x{n}" for (path, name), n in trace.functions.items() if path.endswith(file)]
+            names = [f"{name} x{n}" for (path, name), n in trace.functions.items() if path == str(ROOT / file)]
             print(f"{file}: {', '.join(names)}")
 
 

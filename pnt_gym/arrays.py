@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
-from operator import attrgetter, itemgetter
+from operator import itemgetter
 from typing import Any, TypeAlias, TypeVar, TypeVarTuple, cast
 
 import numpy as np
@@ -263,39 +263,26 @@ def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
     """A record of the same type, each array computed by ``change`` from the records' arrays of that name."""
     kind: Any = first.__class__
     if kind is np.ndarray:
-        return _change_array(change, first, *records)
+        if first.dtype.names is None:
+            return change(first, *records)
+        # Rows are changed as doubles.
+        return rows_of_words(change(words(first), *map(words, records)), first.dtype)
     if kind is dict:
         return {name: _map_arrays(change, *[record[name] for record in (first, *records)]) for name in first}
-    is_tuple = first.__class__ is tuple  # and no NamedTuple
-    values: Any = tuple if is_tuple else _field_reader(kind)
-    if values is None:
+    if kind is tuple:  # and no NamedTuple
+        return tuple([_map_arrays(change, *column) for column in zip(first, *records, strict=True)])
+    names = _constructor_fields(kind)
+    if not names:
         return first
-    # Only a field that is no array costs a call of this function: records have up to a hundred arrays.
-    columns = zip(*[values(record) for record in (first, *records)], strict=True)
-    parts: list[Any] = [
-        _change_array(change, *column) if column[0].__class__ is np.ndarray else _map_arrays(change, *column)
-        for column in columns
-    ]
-    return tuple(parts) if is_tuple else kind(*parts)
-
-
-def _change_array(change: Callable[..., Any], first: NDArray[Any], *arrays: NDArray[Any]) -> NDArray[Any]:
-    """What `change` makes of arrays; rows are changed as doubles."""
-    if first.dtype.names is None:
-        return change(first, *arrays)
-    return rows_of_words(change(words(first), *map(words, arrays)), first.dtype)
+    return kind(*[_map_arrays(change, *[getattr(record, name) for record in (first, *records)]) for name in names])
 
 
 @cache
-def _field_reader(kind: Any) -> Callable[[Any], tuple[Any, ...]] | None:
-    """Reader of the constructor fields of a record type, in their order; None for any other type."""
+def _constructor_fields(kind: Any) -> tuple[str, ...]:
+    """Names of the constructor fields of a record type, in their order; none for any other type."""
     if is_dataclass(kind):
-        names = tuple(field.name for field in fields(kind) if field.init)
-    else:
-        names = getattr(kind, "_fields", ())
-    if len(names) == 1:
-        return lambda record: (getattr(record, names[0]),)
-    return attrgetter(*names) if names else None
+        return tuple(field.name for field in fields(kind) if field.init)
+    return getattr(kind, "_fields", ())
 
 
 def not_finite_error(values: Floats, name: str) -> PlanningError:

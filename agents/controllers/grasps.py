@@ -12,7 +12,7 @@ from typing import Any, Final, Literal, NamedTuple, Protocol, final, runtime_che
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.grip import Hold
+from pnt_gym.cells.conveyor.cup.hold import Hold
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.observation import TABLE

@@ -14,8 +14,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, length, take
 from pnt_gym.cells.base.airborne import Airborne
-from pnt_gym.cells.base.grip import CUP_RADIUS
-from pnt_gym.cells.base.items import ItemTable, item_arrays
+from pnt_gym.cells.base.items import CUP_RADIUS, ItemTable, item_arrays
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import (
     Context,
@@ -26,11 +25,12 @@ from pnt_gym.cells.conveyor.context import (
     constant_bias,
     unseen_grasp,
 )
-from pnt_gym.cells.conveyor.cup.hold import Grips, inside_outline, true_hold
+from pnt_gym.cells.conveyor.cup.hold import Grips, smallest_margin, true_hold
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.free import cross_rims
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.objects.drawing import cup_numbers, random_spin, release_delay, spin_at_grasp
+from pnt_gym.cells.conveyor.objects.kernel import inside_outline
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.shift import apply_cell, apply_drift
@@ -224,12 +224,12 @@ class ThrowModel:
         return self._overhangs(config).reshape(-1, self.draws).mean(axis=1)
 
     def _overhangs(self, config: ConveyorConfig) -> Floats:
-        """Shares of the items' seal chances at the draws of hidden values (N x K,); as of `cup.hold.seal_chance`."""
+        """Shares of the items' seal chances at the draws of hidden values (N x K,); as of `cup.hold.fail_chance`."""
         hidden, objects = self._hidden["draws"], self._objects["draws"]
         pick = self._picks.pick[hidden.row]
         grasp = hidden.grasp + unseen_grasp(constant_bias(config, len(pick)), pick, config.belt)
         grasp[:, 0] += hidden.belt_error * (pick[:, 0] - config.belt.camera_x)
-        inside, radius = inside_outline(objects, -grasp), objects.cup_radius
+        inside, radius = inside_outline(objects.rows, -grasp), objects.cup_radius
         return np.clip((inside + radius) / (2.0 * radius), 0.0, 1.0)
 
     def _context(self, name: str, config: ConveyorConfig) -> Context:
@@ -274,7 +274,7 @@ class ThrowModel:
         times = COARSE * np.arange(int(np.floor(release_time.max() / COARSE)) + 1)
         loads = path.sample(np.minimum(times, release_time[:, None])).acceleration
         counts = (times <= release_time[:, None]).sum(axis=1)
-        return true_hold(context).smallest_margin(loads[row], counts[row], config.mismatch)[1] < 0
+        return smallest_margin(true_hold(context), loads[row], counts[row], config.mismatch)[1] < 0
 
 
 def _picks(log: ThrowLog, config: ConveyorConfig) -> Floats:

@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.grip import SURFACES, Hold
+from pnt_gym.cells.base.items import SURFACES
+from pnt_gym.cells.conveyor.cup.hold import Hold
 
 SAFETY: Final = 1.3
 """Factor of the measured load that a grip must hold."""

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, take
-from pnt_gym.cells.base.grip import Hold
 from pnt_gym.cells.conveyor.context import Context, belt_shift
+from pnt_gym.cells.conveyor.cup.hold import Hold
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.grasp.config import GraspConfig, Surface

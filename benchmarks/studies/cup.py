@@ -18,7 +18,7 @@ from agents.judging.throw_record import summary
 from agents.results.study import Amount, Figures, Settings
 from benchmarks.studies.cells import CELLS, Infos, distance, make_seeded_cells, throw
 from pnt_gym.arrays import concatenate_records, length
-from pnt_gym.cells.base.rotations import vertical
+from pnt_gym.cells.base.bodies import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
@@ -75,7 +75,7 @@ def _leaving(level: Settings, amount: Amount) -> Figures:
         core = make_seeded_cells(config, "independent", CELLS, amount.seed + batch)
         picks, plans, planner = core.context, core.plan(np.zeros((CELLS, 2)))[0], core.cell.planner
         motion = planner.mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
-        back = planner.mover.back(motion, picks.pick, planner.limits(picks.objects))
+        back = planner.mover.back(motion, picks.pick, planner.config.robot.limits(picks.objects.percent))
         path = JerkTrajectory.concatenate(picks.pick, [motion.segments, back])
         partings.append(ThrowClock.of(picks, HandCycle(plans, motion.release_time, path), config).parting)
     parting = concatenate_records(partings)

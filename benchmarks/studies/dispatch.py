@@ -74,7 +74,7 @@ def _pace_of_plans(level: dict[str, Any], throws: int, shifts: int, seed: int) -
     context, total = source.first(np.arange(shifts)), np.zeros(shifts)
     for _ in range(throws):
         motion = planner.mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
-        following = source.following(motion, planner.limits(context.objects))
+        following = source.following(motion, planner.config.robot.limits(context.objects.percent))
         total += motion.stop_time + following.back.durations.sum(axis=1) + config.motion.dwell
         context = following.context
     return 60.0 * throws / total

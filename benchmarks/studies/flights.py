@@ -6,9 +6,9 @@ import numpy as np
 
 from agents.results.study import Amount, Figures, Settings
 from benchmarks.studies.cells import CELLS, distance, infos, make_seeded_cells, throw
-from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.arrays import Floats, Ints, in_order, take
 from pnt_gym.cells.base.airborne import Airborne
-from pnt_gym.cells.base.flight import Touchdown
+from pnt_gym.cells.base.recorded import Touchdown, lies_in
 from pnt_gym.cells.base.settling import FallEnd
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -77,9 +77,9 @@ class EngineCheck:
 
 def ended_in(context: Context, position: Floats, velocity: Floats, config: ConveyorConfig) -> Ints:
     """Indices of the bins in which objects lie (N,), -1 for none, by positions [m] and velocities [m/s] (N, 3)."""
-    touchdown = Touchdown(position[:, :2], position, velocity, np.zeros(len(position), dtype=np.bool_))
-    rim = context.target[:, 2]
-    in_bin = touchdown.lies_in(context.target[:, :2], context.opening, rim, rim - context.bin_depth)
+    state = in_order(position[:, :2], position, velocity)
+    touchdown = Touchdown(*state, np.zeros(len(position), dtype=np.bool_))
+    in_bin = lies_in(touchdown, context.target, context.opening, context.bin_depth)
     return bins_of(touchdown, context, config, in_bin)
 
 

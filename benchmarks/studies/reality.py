@@ -20,7 +20,7 @@ from agents.ground.cli import UsageError
 from agents.results import content
 from agents.results.study import Amount, Figures, Settings, share
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.base.items import contact_solref
+from pnt_gym.cells.base.bodies import contact_solref
 from pnt_gym.cells.base.settle_kernel import MARGIN
 from pnt_gym.cells.base.stage import add_floor, add_free_object
 from pnt_gym.constants import GRAVITY

@@ -86,7 +86,7 @@ STAGES: Final = (
     ),
     Stage(
         "references",
-        ("pnt_gym.robots.t3kr.references:joint_knots", f"{CONVEYOR}.hand:ThrowClock.of"),
+        ("pnt_gym.robots.t3kr.kinematics:joint_knots", f"{CONVEYOR}.hand:ThrowClock.of"),
         "Path and way back become positions, speeds and torques of the motors, for every step of the physics.",
     ),
     Stage(
@@ -97,7 +97,7 @@ STAGES: Final = (
     ),
     Stage(
         "flight",
-        (f"{CONVEYOR}.free:FreeObjects.fall", f"{BASE}.flight:Touchdown.landing_fields"),
+        (f"{CONVEYOR}.free:FreeObjects.fall", f"{BASE}.recorded:Touchdown.landing_fields"),
         "Once object and cup are clear of each other, the object flies on without the robot, through the air and into "
         "the bin. The landing is where it crosses the plane of the rim.",
     ),

@@ -4,8 +4,7 @@ import numpy as np
 
 from pnt_gym.planning import EllipticWorkspace
 from pnt_gym.robots.t3kr.geometry import T3KR
-from pnt_gym.robots.t3kr.kinematics import per_arm
-from pnt_gym.robots.t3kr.references import joint_knots
+from pnt_gym.robots.t3kr.kinematics import joint_knots, per_arm
 
 WORKSPACE = EllipticWorkspace(T3KR.workspace_x, T3KR.workspace_y, T3KR.z_min, T3KR.z_max)
 

@@ -2,4 +2,4 @@
 
 from pnt_gym.deferred import defer
 
-defer(__name__, "body_kernel", "freefall", "recorded", "settle_kernel")
+defer(__name__, "freefall", "settle_kernel")

@@ -97,35 +97,29 @@ class Episodes:
         self._fresh[rows] = False
         return draw.nonzero()[0]
 
-    def count_throws(self, early: Bools | None = None, waiting: Bools | None = None) -> Bools:
-        """Count one throw in every cell; returns which episodes are over (N,).
+    def count(
+        self, is_success: Bools, early: Bools | None = None, waiting: Bools | None = None
+    ) -> tuple[Bools, Floats | None]:
+        """Count one throw in every cell; returns which episodes are over (N,), and the shares of their successes.
+
+        The shares (N,) are those of episodes of several throws, NaN in cells whose episode goes on; None stands for no
+        such episode that is over.
 
         Args:
+            is_success: whether each throw succeeded (N,).
             early: which episodes this throw ends before their length (N,); None: no episode.
             waiting: which cells' throws do not count (N,); None: no cell's.
         """
         counted = np.ones_like(self._fresh) if waiting is None else ~waiting
         self._throws += counted
+        self._successes += is_success & counted
         ended = self._throws >= self._length
         if early is not None:
             ended = ended | early
         self._fresh = np.where(counted, ended & self._drawn, self._fresh)
-        return ended
-
-    def success_share(self, is_success: Bools, ended: Bools, waiting: Bools | None = None) -> Floats | None:
-        """Count the successes of the last throw; returns their share in episodes of several throws that are over (N,).
-
-        The share is NaN in cells whose episode goes on, and None stands for no such episode.
-
-        Args:
-            is_success: whether each throw succeeded (N,).
-            ended: which episodes are over (N,), from `count_throws`.
-            waiting: which cells' throws do not count (N,); None: no cell's.
-        """
-        self._successes += is_success if waiting is None else is_success & ~waiting
         if self._length == 1 or self._drawn or not ended.any():
-            return None
-        return np.where(ended, self._successes / np.maximum(self._throws, 1), np.nan)
+            return ended, None
+        return ended, np.where(ended, self._successes / np.maximum(self._throws, 1), np.nan)
 
 
 @final
@@ -251,8 +245,8 @@ class Core:
             for name, term in terms.items():
                 info[f"reward_{name}"] = term
             info["kind"] = cell.context.kind.copy()
-            ended = self._episodes.count_throws(cell.ends_early(outcome, throws), waiting)
-            share = self._episodes.success_share(outcome.is_success, ended, waiting)
+            early = cell.ends_early(outcome, throws)
+            ended, share = self._episodes.count(outcome.is_success, early, waiting)
             partial = {} if share is None else {EPISODE_SUCCESS: ended}
             info |= {} if share is None else {EPISODE_SUCCESS: share}
             return Step(self.observe(), sum(terms.values(), np.zeros(self.count)), ended, info, partial)

@@ -5,16 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Final, Literal, Self, TypeVar, final, get_args
+from typing import Annotated, ClassVar, Final, Literal, NamedTuple, Self, TypeAlias, TypeVar, final, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.config import LONGEST_NAME, Section
-from pnt_gym.cells.base.grip import CUP_RADIUS, SURFACES, Surface
 from pnt_gym.cells.base.zones import MOST_ZONES, PLAIN_LOOK, Look, Waves, Zone
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import ConfigError
@@ -23,6 +22,27 @@ from pnt_gym.names import unknown_name
 Shape = Literal["ellipsoid", "cylinder", "box"]
 SHAPES: Final[tuple[Shape, ...]] = get_args(Shape)
 ELLIPSOID, CYLINDER, BOX = range(len(SHAPES))
+
+CUP_RADIUS: Final = 0.018
+"""Bellows suction cup for light waste, 36 mm wide [m]."""
+Surface: TypeAlias = Literal["smooth", "rough", "wet"]
+
+
+class Contact(NamedTuple):
+    """Constants of the contact between a cup's lip and a surface."""
+
+    friction: float
+    safety: float
+    """Smallest factor by which a holding force should be divided."""
+
+
+SURFACES: Final[dict[str, Contact]] = {
+    "smooth": Contact(0.5, 1.5),
+    "rough": Contact(0.6, 2.0),
+    "wet": Contact(0.25, 2.0),
+}
+"""Schmalz, same source: friction 0.5 on wood, metal, glass and stone, 0.6 on rough, 0.2 to 0.3 on wet ones; safety at
+least 1.5 on smooth and dense workpieces, 2 on others."""
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
@@ -82,7 +102,7 @@ class Item(Section):
             0.018, or four fifths of half the item's width where that is less.
         pick_chance: probability that a suction cup seals well inside the item's outline, in levels in which picks fail.
         clings: delay with which a wet or sticky face leaves the suction cup after the vacuum's release, at m = 1, in s.
-        surface: surface under a suction cup; gives the friction and the safety factor of a grip, see `grip.SURFACES`.
+        surface: surface under a suction cup; gives the friction and the safety factor of a grip, see `SURFACES`.
         zones: parts of the upper face that differ from the rest, at most 6; where they overlap, the later one counts.
         relief: amplitude and wavelength in m of bumps all over the item; None: the surface is smooth.
         look: brightness, warmth (-1 blue to 1 orange), gloss and texture of the surface in a picture.
@@ -231,43 +251,3 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
 def _read_only(array: NDArray[_Scalar]) -> NDArray[_Scalar]:
     array.flags.writeable = False
     return array
-
-
-_DEAD_TIME_CONSTANT = 0.003  # s, MuJoCo solref of a contact meant not to bounce
-_LEAST_BOUNCE = float(np.exp(-2.0))  # rebound of a critically damped contact that cannot pull
-_LEAST_DAMPING = 0.005  # keeps the time constant finite at restitution 1
-# Damping ratio cos(phi) against rebound exp(-2 phi / tan(phi)), phi from 0 (critical) to pi/2 (none).
-_PHI = np.linspace(0.0, np.pi / 2.0, 4097)
-_BOUNCE = np.concatenate([[_LEAST_BOUNCE], np.exp(-2.0 * _PHI[1:] / np.tan(_PHI[1:]))])
-
-
-def contact_solref(restitution: ArrayLike) -> Floats:
-    """MuJoCo `solref` (time constant, damping ratio) of a contact that rebounds with the given restitution.
-
-    A contact is a spring and damper with damping ratio zeta = cos(phi) that pushes but never pulls, so the
-    body leaves when the force, not the depth, is back at zero. That makes e = exp(-2 phi / tan(phi))
-    (Schwager and Poeschel 2007, "Coefficient of restitution and linear-dashpot model revisited"); the more
-    familiar exp(-pi zeta / sqrt(1 - zeta^2)) would rebound up to 0.15 too high. The stiffness rises with
-    sqrt(e) so that every impact goes as deep as the critically damped one, 1.1 mm per m/s: even a 12 mm plate
-    does not pass a 10 mm wall at 9 m/s. Half a period lasts 3.4 ms or more. Damping cannot bring the rebound
-    below exp(-2) = 0.135: for lower restitutions the result is (0.003, 1). At restitution 1 the damping ratio
-    is 0.005.
-
-    MuJoCo averages the solref of two geoms of equal priority: give the item's geom the higher priority.
-
-    Args:
-        restitution: (...) rebound speed over impact speed, 0 to 1.
-
-    Returns:
-        (..., 2) time constant in s and damping ratio.
-
-    Raises:
-        ConfigError: a restitution is outside 0 to 1 or not a number.
-    """
-    e = np.asarray(restitution, dtype=np.float64)
-    if not np.all((e >= 0.0) & (e <= 1.0)):
-        bad = e[~((e >= 0.0) & (e <= 1.0))].flat[0]
-        raise ConfigError(f"restitution is {bad}, but must be from 0 to 1.")
-    damping = np.maximum(np.cos(np.interp(e, _BOUNCE, _PHI)), _LEAST_DAMPING)
-    stiffening = np.sqrt(np.maximum(e, _LEAST_BOUNCE) / _LEAST_BOUNCE)
-    return np.stack([_DEAD_TIME_CONSTANT / (damping * stiffening), damping], axis=-1)

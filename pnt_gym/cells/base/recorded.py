@@ -1,4 +1,4 @@
-"""Compiled figures of recorded throws: flights and landings, loads of motors, and the holding of suction cups.
+"""What a plant recorded of N throws: flights and landings of the objects, and loads of the motors.
 
 The energy of the motors in a cycle is their positive mechanical work, torque times joint speed. Each motor counts
 separately, and a braking motor returns nothing (no recuperation, no common link between the drives). Heat in the
@@ -8,19 +8,116 @@ windings, friction in the gears and holding torque at rest are left out: datashe
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.flight import CONTACT_DEPTH, ObjectFlight, Touchdown
-from pnt_gym.cells.base.grip import Hold
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.base.sorting import SortingReward
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.strokes import time_to_fall
-from pnt_gym.rows import Bools1, Floats1, Floats2, Floats3, Ints1
+from pnt_gym.rows import Bools1, Bools2, Floats1, Floats2, Floats3, Ints1
 
-# Smallest load in a quotient [N]; the load is negative where the hand falls faster than the object.
-LIGHTEST = 1e-9
+REWARD_TERMS: Final = ("landing", "success", "time")
+"""Names of the reward terms of a throw into an opening."""
+CONTACT_DEPTH = 0.003
+"""Largest depth at which flat objects rest below a surface, because contacts are soft [m]."""
+
+
+@dataclass(frozen=True)
+class Landed:
+    """Abstract: outcome of N throws into openings; every field has shape (N,) unless noted."""
+
+    landing: Floats
+    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `touchdown`."""
+    landing_along: Floats
+    """Landing relative to the target, along the throw [m]."""
+    landing_across: Floats
+    """Landing relative to the target, to the left of the throw [m]."""
+    landing_error: Floats
+    """Distance of the landing from the target [m]."""
+    in_opening: Bools
+    """The landing lies inside the opening."""
+    in_bin: Bools
+    """At the end the object lies in its bin: inside the walls, below the rim, too slow to leave."""
+    is_success: Bools
+    """The landing lies in the opening and the object in the bin."""
+    rim: Bools
+    """The landing lies in the opening but the object not in the bin: it hangs on the rim or bounced out."""
+    recontact: Bools
+    """The hand touched the object after the release."""
+    final: Floats
+    """Position of the object at the end (N, 3) [m]."""
+    cycle_time: Floats
+    """Time from one throw to the next, as the robot's subclass defines it [s]."""
+    peak_torque: Floats
+    """Largest motor torque [N m]."""
+
+    def rewards(self, weights: SortingReward) -> dict[str, Floats]:
+        """The terms `REWARD_TERMS` by name, times their weights; before weighting every term lies in [0, 1]."""
+        # A throw without a landing, of which the error is NaN, gets 0.
+        landing = np.fmax(1.0 - self.landing_error / weights.landing_scale, 0.0)
+        time = np.maximum(1.0 - self.cycle_time / weights.time_scale, 0.0)
+        worth = weights.landing * landing, weights.success * self.is_success.astype(np.float64), weights.time * time
+        return dict(zip(REWARD_TERMS, worth, strict=True))
+
+
+@final
+class ObjectFlight(NamedTuple):
+    """Motion and contacts of N thrown objects, M steps each."""
+
+    position: Floats3
+    """Position of the object at the start of each step (N, M, 3) [m]."""
+    velocity: Floats3
+    """Velocity of the object at the start of each step (N, M, 3) [m/s]."""
+    hand_touch: Bools2
+    """Whether the hand touches the object (N, M)."""
+    any_touch: Bools2
+    """Whether any body touches the object (N, M)."""
+    release_step: Ints1
+    """First step without grip (N,)."""
+    last_step: Ints1
+    """Last step that counts (N,)."""
+
+
+@final
+class Touchdown(NamedTuple):
+    """Landing and last state of N thrown objects."""
+
+    landing: Floats2
+    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `touchdown`."""
+    position: Floats2
+    """Last position (N, 3) [m]."""
+    velocity: Floats2
+    """Last velocity (N, 3) [m/s]."""
+    recontact: Bools1
+    """The hand touched the object after the release (N,)."""
+
+    def landing_fields(self, target: Floats, opening: Floats, depth: Floats, along: Floats) -> dict[str, Any]:
+        """Fields of `Landed` that follow from the flights, by name: all except error, cycle time and torque.
+
+        Args:
+            target: centre of each opening (N, 3) [m].
+            opening: inner size along x and y (N, 2), or (1, 2) for all [m].
+            depth: depths of the bins below the openings (N,), or (1,) for all [m].
+            along: horizontal unit vectors of the throws (N, 2+).
+        """
+        x, y = (self.landing - target[:, :2]).T
+        in_opening = (np.abs(x) <= opening[:, 0] / 2.0) & (np.abs(y) <= opening[:, 1] / 2.0)
+        in_bin = lies_in(self, target, opening, depth)
+        return {
+            "landing": self.landing,
+            "landing_along": x * along[:, 0] + y * along[:, 1],
+            "landing_across": y * along[:, 0] - x * along[:, 1],
+            "in_opening": in_opening,
+            "in_bin": in_bin,
+            "is_success": in_opening & in_bin,
+            "rim": in_opening & ~in_bin,
+            "recontact": self.recontact,
+            "final": self.position,
+        }
 
 
 @kernel
@@ -55,30 +152,28 @@ def join_flights(
 
 
 @kernel
-def touchdown(flight: ObjectFlight, plane: Floats1) -> Touchdown:
-    """Where N free flights cross planes (N,) [m], continued ballistically from the step before something is touched.
+def touchdown(flight: ObjectFlight, target: Floats2) -> Touchdown:
+    """Landings where N free flights cross the heights of openings (N, 3) [m], going down, and last states of objects.
 
-    The landing of an object that does not cross the plane is its last position.
+    The flight of an object that first touches a rim, a wall or the belt is continued ballistically from the step
+    before, so the landing measures the throw and not the bin. The landing of an object that does not cross the height
+    is its last position.
     """
-    count = len(plane)
+    count = len(target)
     landing, recontact = np.empty((count, 2)), np.empty(count, np.bool_)
     final_position, final_velocity = np.empty((count, 3)), np.empty((count, 3))
-    for n in range(len(plane)):
-        position, velocity, hand_touch, last = (
-            flight.position[n],
-            flight.velocity[n],
-            flight.hand_touch[n],
-            flight.last_step[n],
-        )
+    for n in range(len(target)):
+        position, velocity, hand_touch = flight.position[n], flight.velocity[n], flight.hand_touch[n]
+        last, plane = flight.last_step[n], target[n, 2]
         final_position[n], final_velocity[n] = position[last], velocity[last]
         event, recontact[n], is_open = last, False, True
         for k in range(flight.release_step[n] + 1, last + 1):
             recontact[n] |= hand_touch[k]
-            comes_down = k > 0 and position[k, 2] - plane[n] < 0.0 and position[k - 1, 2] - plane[n] >= 0.0
+            comes_down = k > 0 and position[k, 2] - plane < 0.0 and position[k - 1, 2] - plane >= 0.0
             if is_open and (comes_down or (flight.any_touch[n, k] and not hand_touch[k])):
                 event, is_open = k, False
         before = max(event - 1, 0)
-        time = time_to_fall(position[before, 2] - plane[n], velocity[before, 2])
+        time = time_to_fall(position[before, 2] - plane, velocity[before, 2])
         for axis in range(2):
             landing[n, axis] = position[before, axis] + time * velocity[before, axis]
         if not math.isfinite(landing[n, 0]):
@@ -88,15 +183,26 @@ def touchdown(flight: ObjectFlight, plane: Floats1) -> Touchdown:
 
 
 @kernel
-def lies_in(down: Touchdown, centre: Floats2, opening: Floats2, rim: Floats1, bottom: Floats1) -> Bools1:
-    """Which objects lie in their bins (N,), as `flight.Touchdown.lies_in` says."""
-    lies = np.empty(len(rim), np.bool_)
+def lies_in(down: Touchdown, target: Floats2, opening: Floats2, depth: Floats1) -> Bools1:
+    """Whether N objects lie in their bins for good at the end (N,).
+
+    An object inside the walls and below the rim stays if its upward speed does not lift the object to the rim. An
+    object on the inner bottom may lie lower by up to `CONTACT_DEPTH`.
+
+    Args:
+        down: landings and last states of the objects.
+        target: centres of the openings at the rims (N, 3) [m], or (1, 3) for all.
+        opening: inner sizes (N, 2), or (1, 2) for all [m].
+        depth: depths of the inner bottoms below the rims (N,), or (1,) for all [m].
+    """
+    lies = np.empty(len(down.position), np.bool_)
     for n in range(len(lies)):
-        middle, size, position = centre[n % len(centre)], opening[n % len(opening)], down.position[n]
+        middle, size, position = target[n % len(target)], opening[n % len(opening)], down.position[n]
         x, y = abs(position[0] - middle[0]), abs(position[1] - middle[1])
         inside = x <= size[0] / 2.0 and y <= size[1] / 2.0
         reach = position[2] + down.velocity[n, 2] * down.velocity[n, 2] / (2.0 * GRAVITY)
-        lies[n] = inside and reach < rim[n] and position[2] > bottom[n] - CONTACT_DEPTH
+        bottom = middle[2] - depth[n % len(depth)]
+        lies[n] = inside and reach < middle[2] and position[2] > bottom - CONTACT_DEPTH
     return lies
 
 
@@ -160,29 +266,3 @@ def loads_between(torque: Floats3, speed: Floats3, times: Floats2) -> tuple[Floa
                 work[row] += (power + before) / 2.0 * (times[row, k] - times[row, k - 1])
             before = power
     return largest, work
-
-
-@kernel_part
-def _load(hold: Hold, row: int, acceleration: Floats) -> float:
-    """Holding force that the vacuum needs against slip and peel under an acceleration (3,) of the hand [N]."""
-    mass, radius = hold.mass[row], hold.radius[row]
-    x, y = acceleration[0], acceleration[1]
-    sideways = mass * math.sqrt(x * x + y * y)
-    down = mass * (GRAVITY + acceleration[2])
-    slip = down + sideways / hold.friction[row]
-    peel = sideways * hold.depth[row] / radius + down * (hold.offset[row] / radius + 1.0)
-    return max(slip, peel, LIGHTEST)
-
-
-@kernel
-def smallest_margin(hold: Hold, accelerations: Floats3, counts: Ints1, scale: float) -> tuple[Floats1, Ints1]:
-    """Smallest margins of N holds (N,), and where each is below 1 first (N,), as `Hold.smallest_margin` says."""
-    margin, lost_at = np.empty(len(counts)), np.empty(len(counts), dtype=np.int64)
-    for row in range(len(accelerations)):
-        margin[row], lost_at[row] = math.inf, -1
-        for k in range(counts[row]):
-            value = hold.force[row] / _load(hold, row, accelerations[row, k]) / scale
-            margin[row] = min(margin[row], value)
-            if value < 1.0 and lost_at[row] < 0:
-                lost_at[row] = k
-    return margin, lost_at

@@ -37,7 +37,7 @@ The engine looks ahead by a step, too. Gravity and air change that way by less t
 TOUCH = 0.002
 """Height of an object's highest point under the rim above which the rim may strike the object [m]: contacts are soft.
 
-A contact is 1.1 mm deep for each m/s of its impact, see `items.contact_solref`."""
+A contact is 1.1 mm deep for each m/s of its impact, see `bodies.contact_solref`."""
 MARGIN = 0.005
 """Distance from the rim within which no rebound may lift an object that counts as staying [m]; blows in a row, and
 springs of contacts, beside the bound."""

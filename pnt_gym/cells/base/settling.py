@@ -140,7 +140,10 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     spin = batch.expand("body_inertia")[rows, body] / batch.expand("body_mass")[rows, body, None]
     qpos, qvel, last_steps = batch.bind("qpos"), batch.bind("qvel"), steps.copy()
     rims = np.ascontiguousarray(rim)
-    above = _shortest_time_above(qpos[rows, 2] - rim, qvel[rows, 2])
+    # The shortest time in which no object that is above its rim falls below it.
+    height, rising = qpos[rows, 2] - rim, qvel[rows, 2]
+    speed = np.sqrt(rising**2 + 2.0 * FASTEST_FALL * np.maximum(height, 0.0))
+    above = float(np.where(height > 0.0, rising + speed, 0.0).min()) / FASTEST_FALL
     batch.warning[:] = 0
     parts: list[tuple[Ints, slice, Any]] = []
     start, end = 0, chunk * (1 + min(int(above / step), int(steps.min()) - 1) // chunk)
@@ -155,9 +158,3 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     for falling, moments, part in parts:
         sensors[falling, moments], attitude[falling, moments] = part["sensordata"], part["qpos"][..., 3:7]
     return Fall(sensors, attitude, last_steps)
-
-
-def _shortest_time_above(height: Floats, rising: Floats) -> float:
-    """Time [s] in which none of N objects at heights [m] over a rim, with vertical velocities [m/s], falls below it."""
-    speed = np.sqrt(rising**2 + 2.0 * FASTEST_FALL * np.maximum(height, 0.0))
-    return float(np.where(height > 0.0, rising + speed, 0.0).min()) / FASTEST_FALL

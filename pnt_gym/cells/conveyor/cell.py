@@ -15,7 +15,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, recompute_rows, stand_ins, take_
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.cell import Cell, Generators
-from pnt_gym.cells.base.flight import REWARD_TERMS
+from pnt_gym.cells.base.recorded import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.action import MODES, correction, modes_of
 from pnt_gym.cells.conveyor.belt.belt_picks import BeltPicks
@@ -127,7 +127,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         passed, collisions = self.source.passed.copy(), self.source.find_collisions(context, motion, grip_results)
         self.source.knock(collisions)
         # Without a belt, the present pick's draws say where the next object waits.
-        limits = self.planner.limits(context.objects)
+        limits = self.config.robot.limits(context.objects.percent)
         following = self.source.following(motion, limits, context.objects.draws.place[:, 1:3])
         planned_results = PlannedResults(following.wait, passed, motion.placed, np.asarray(collisions.any(axis=1)))
         outcome = self._simulate(context, plans, motion, following.back, grip_results, planned_results)
@@ -156,7 +156,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         """Simulated outcome of the coming throws, with a return to the same pick; `jitter` is of the release time."""
         context = self.context if jitter else self.context.without_jitter()
         motion, grip_results = self._motion(context, plans)
-        back = self.planner.mover.back(motion, context.pick, self.planner.limits(context.objects))
+        back = self.planner.mover.back(motion, context.pick, self.config.robot.limits(context.objects.percent))
         wait, disturbed = (
             np.zeros(self.count),
             np.asarray(self.source.find_collisions(context, motion, grip_results).any(axis=1)),

@@ -8,8 +8,8 @@ from typing import Any, ClassVar, NamedTuple, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, in_order, join_columns, rows_of_words, words
-from pnt_gym.cells.base.rotations import turn_back
+from pnt_gym.arrays import Bools, Floats, Ints, join_columns, rows_of_words, words
+from pnt_gym.cells.base.bodies import turn_back
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects import kernel
@@ -192,8 +192,7 @@ class Context(Columns):
 
         This effective inertia 1 / (I^-1)_kk is less than the moment of inertia I_kk where an offset couples the axes.
         """
-        inertia = np.empty((len(self.arm), 3, 3))
-        kernel.fill_inertias(*in_order(self.objects.mass, self.arm, self.objects.inertia), inertia)
+        inertia = kernel.inertias_at_tip(self.objects.mass, self.arm, self.objects.inertia)
         return 1.0 / np.asarray(np.linalg.inv(inertia), dtype=np.float64).diagonal(axis1=1, axis2=2)
 
     @cached_property

@@ -6,15 +6,15 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, in_order, length, take
+from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.base import freefall, settle_kernel
 from pnt_gym.cells.base.airborne import STATE, Airborne, BinShape, Ground, Solid, Vicinity
-from pnt_gym.cells.base.flight import Touchdown
-from pnt_gym.cells.base.fluid import write_object
+from pnt_gym.cells.base.bodies import MODEL_FIELDS, ModelFields, write_object
 from pnt_gym.cells.base.plant import simulation_ids
+from pnt_gym.cells.base.recorded import Touchdown
 from pnt_gym.cells.base.settling import Fall, FallEnd, fall, settle
 from pnt_gym.cells.conveyor import scene_kernel
-from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
+from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.hand import ThrowClock
@@ -31,17 +31,16 @@ NEAR_DISTANCE: Final = 0.02
 def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, config: ConveyorConfig) -> None:
     """Write the objects of N throws, the draught and bins that are drawn per throw into some simulations."""
     o, geom, bins = context.objects, scene.object_geom, config.bins
-    if config.drift.draught.moves:
+    if scene.has_draught:
         batch.expand("opt.wind")[rows, :2] = context.drift.draught
-    write_object(batch, rows, scene.object_body, geom, o.mass, o.inertia, o.placement, o.fluid)
-    place = o.com_depth - LIP_GAP - o.size[:, 2] / 2
-    contacts = scene_kernel.Contacts(*in_order(place, o.friction, o.rolling_friction, o.solref))
+    write_object(rows, scene.object_body, geom, o.model, ModelFields(*map(batch.expand, MODEL_FIELDS)))
+    contacts = scene_kernel.Contacts(o.middle, o.friction, o.rolling_friction, o.solref)
     fields = scene_kernel.ContactFields(*map(batch.expand, scene_kernel.CONTACT_FIELDS))
-    scene_kernel.write_contacts(np.ascontiguousarray(rows), geom, contacts, fields)
+    scene_kernel.write_contacts(rows, geom, contacts, fields)
     batch.expand("geom_rgba")[rows, geom] = ITEMS.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
         bin_fields = scene_kernel.BinFields(*map(batch.expand, scene_kernel.BIN_FIELDS))
-        places = *in_order(rows), scene.bin_bodies[0], scene.bin_geoms[0], *in_order(context.target)
+        places = rows, scene.bin_bodies[0], scene.bin_geoms[0], context.target
         scene_kernel.place_bins(*places, bin_panels(context.opening, bins), bin_fields)
     if bins.emptied is not None:
         # The bottoms of bins move to the top of their contents; below its bottom a bin is hollow.

@@ -8,11 +8,12 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, take
+from pnt_gym.arrays import Bools, Floats, Ints, length, take
+from pnt_gym.cells.base.bodies import vertical
 from pnt_gym.cells.base.plant import step_counts
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.clearance import FORESIGHT, MARGIN, follow_passage, predict_passage, touches
+from pnt_gym.cells.conveyor.cup.clearance import FORESIGHT, MARGIN, Bodies, Passage, may_touch, predict_passage, touches
 from pnt_gym.cells.conveyor.cup.hold import Grips, Parting, grips, picked
 from pnt_gym.cells.conveyor.cup.swing import Spring, springs, swing_objects
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
@@ -110,8 +111,9 @@ class ThrowClock:
         """First steps (N,) from which on objects cannot touch their cups, by geometry; at most the last step."""
         steps = np.arange(0, max((self.end - self.release).tolist()), self.stride, dtype=np.int64)
         hand, since = self.hand(self.release[:, None] + steps), np.asarray(steps * self.step, dtype=np.float64)
-        passage = predict_passage(self.parting, (hand.position, hand.velocity), since)
-        possible = passage.may_touch(context.objects, self.stride * self.step, FORESIGHT, self.lip)
+        turned = length(self.parting.rate)[:, None] * since
+        way = predict_passage(self.parting, hand.position, hand.velocity, since, np.cos(turned), np.sin(turned))
+        possible = may_touch(Bodies.of(context.objects), way, self.stride * self.step, FORESIGHT, self.lip)
         possible[:, 0] = True  # the step of the release, whether clear or not of the solid part above a lip
         last = possible.shape[1] - np.argmax(possible[:, ::-1], axis=1)
         return np.asarray(np.minimum(self.release + last * self.stride, self.end - 1))
@@ -128,10 +130,11 @@ class ThrowClock:
             count: number of steps that count (N,).
             margin: gap below which a touch is possible [m].
         """
-        steps = np.arange(motion[0].shape[1], dtype=np.int64) * self.stride
+        position, velocity, attitude = motion
+        steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
         hand = self.hand(first[:, None] + steps)
-        passage = follow_passage(motion, (hand.position, hand.velocity))
-        possible = passage.may_touch(context.objects, self.stride * self.step, margin, self.lip)
+        way = Passage(position - hand.position, velocity - hand.velocity, vertical(attitude))
+        possible = may_touch(Bodies.of(context.objects), way, self.stride * self.step, margin, self.lip)
         return np.asarray((possible & (steps < count[:, None])).any(axis=1))
 
     def meets(self, context: Context, motion: tuple[Floats, Floats, Floats], count: Ints) -> Bools:

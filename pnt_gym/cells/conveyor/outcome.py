@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.flight import Landed, Touchdown
+from pnt_gym.cells.base.recorded import Landed, Touchdown, lies_in
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips
@@ -24,10 +24,6 @@ class Effort:
     """Largest torque of any motor (N,) [N m]."""
     energy: Floats
     """Positive mechanical work of all motors (N,) [J], see `cells.base.recorded`."""
-
-    def then(self, following: Effort) -> Effort:
-        """Effort of this motion followed by another."""
-        return Effort(np.maximum(self.torque, following.torque), self.energy + following.energy)
 
 
 @final
@@ -132,8 +128,7 @@ def _stated_effort(sheet: RobotSheet, cycle_time: Floats) -> Effort:
 def bins_of(touchdown: Touchdown, context: Context, config: ConveyorConfig, in_bin: Bools) -> Ints:
     """Indices of the bins in which objects lie at the end (N,), -1 for none; `in_bin` (N,): in the throw's own bin."""
     indices, bins = np.where(in_bin, context.bin, -1), config.bins
-    rim = np.full(len(indices), bins.rim)
     for index, fixed in enumerate(bins.fixed):
-        centre, opening = np.array([[fixed.x, fixed.y]]), np.array([fixed.size])
-        indices[touchdown.lies_in(centre, opening, rim, rim - context.depth[:, index])] = index
+        target, opening = np.array([[fixed.x, fixed.y, bins.rim]]), np.array([fixed.size])
+        indices[lies_in(touchdown, target, opening, context.depth[:, index].copy())] = index
     return indices

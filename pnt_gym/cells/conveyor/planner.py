@@ -187,7 +187,7 @@ class PickPlanner:
 
     def plan_into(self, objects: Objects, pick: Floats, bins: Ints) -> tuple[Context, Bools]:
         """Contexts as `plan`, for given fixed bins (N,)."""
-        return self._plan_throws(objects, pick, self._fixed_bins(bins[:, None]))
+        return self._plan_throws(objects, *in_order(pick), self._fixed_bins(bins[:, None]))
 
     def _plan_throws(self, objects: Objects, pick: Floats, bins: ThrowBins) -> tuple[Context, Bools]:
         """Contexts as `plan`, for bins in the order in which to try them."""
@@ -260,13 +260,9 @@ class PickPlanner:
         moved, _ = self._apply_throw_rule(moved)
         return moved.replace(plan=self.mark_feasible(moved, moved.plan))
 
-    def limits(self, objects: Objects) -> LimitRows:
-        """Limits of the hand, by each object's speed setting."""
-        return self.config.robot.limits(objects.percent)
-
     def grip_limits(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
         """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
-        safety, limits = self.config.grip.safety, self.limits(objects)
+        safety, limits = self.config.grip.safety, self.config.robot.limits(objects.percent)
         if safety is None:
             return limits, np.ones(len(objects.measured.kind), dtype=np.bool_)
         required = self._table.safety[objects.measured.kind] if safety == "surface" else safety
@@ -277,7 +273,7 @@ class PickPlanner:
     def warn_of_reach(self) -> None:
         """Warn of fixed bins that no throw reaches: they stay empty, and other bins get their items."""
         objects, pick = self.draw_picks([np.random.default_rng(0)], np.zeros(TRIAL_THROWS, dtype=np.int64))
-        limits, ceiling = self.limits(objects), pick[:, 2] + self.config.motion.ceiling
+        limits, ceiling = self.config.robot.limits(objects.percent), pick[:, 2] + self.config.motion.ceiling
         for fixed in self.config.bins.fixed:
             target = np.tile([fixed.x, fixed.y, self.config.bins.rim], (TRIAL_THROWS, 1))
             if not self.mover.is_feasible(pick, self.mover.plan(pick, target, limits, ceiling), limits).any():

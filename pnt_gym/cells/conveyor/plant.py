@@ -18,11 +18,10 @@ from typing import final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, compute_by_mask, concatenate_records, in_order, length, recompute_rows, take
-from pnt_gym.cells.base import recorded
-from pnt_gym.cells.base.flight import ObjectFlight, Touchdown
+from pnt_gym.cells.base.bodies import turn_back, yaw_attitude
 from pnt_gym.cells.base.parallel import call_in_threads, split_rows
 from pnt_gym.cells.base.plant import TOUCH_DISTANCE, Plant, roll_out, simulation_ids, touching
-from pnt_gym.cells.base.rotations import turn_back, yaw_attitude
+from pnt_gym.cells.base.recorded import ObjectFlight, Touchdown, join_flights, loads_between, loads_of_steps, touchdown
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -170,9 +169,9 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         """Results of failed picks: NaN landings, because the object stays on the belt, and planned efforts."""
         count = len(rows)
         nowhere, no = np.full((count, 3), np.nan), np.full(count, False)
-        touchdown = Touchdown(nowhere[:, :2].copy(), nowhere, nowhere.copy(), no)
+        down = Touchdown(nowhere[:, :2].copy(), nowhere, nowhere.copy(), no)
         effort = self._effort_of_plan(clock, np.zeros(count, dtype=np.int64))
-        return SimulatedThrows(touchdown, np.zeros(count), effort, clock.grips)
+        return SimulatedThrows(down, np.zeros(count), effort, clock.grips)
 
     def _simulate_with_robot(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Simulate throws with the robot until objects are clear, then without; to the end where the cup may touch."""
@@ -187,17 +186,18 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         attitude = fallen.attitude[:, :: clock.stride]
         unsure = clock.may_meet(context, (position, velocity, attitude), clear, fallen.steps)
         records, cup = in_order(robot_record["sensordata"], fallen.sensors), SENSORS["cup_contact"].start
-        flight = recorded.join_flights(*records, clear, fallen.steps, clock.release, cup, TOUCH_DISTANCE)
-        effort = self._effort(robot_record, clear, clock.step).then(self._effort_of_plan(clock, clear))
+        flight = join_flights(*records, clear, fallen.steps, clock.release, cup, TOUCH_DISTANCE)
+        first, then = self._effort(robot_record, clear, clock.step), self._effort_of_plan(clock, clear)
+        effort = Effort(np.maximum(first.torque, then.torque), first.energy + then.energy)
         astray = _tracking_error(robot_record["sensordata"], clock)
-        flown = SimulatedThrows(flight.touchdown(context.target[:, 2]), astray, effort, clock.grips)
+        flown = SimulatedThrows(touchdown(flight, context.target), astray, effort, clock.grips)
         return recompute_rows(flown, unsure, self._simulate_to_the_end, rows, context, clock)
 
     def _simulate_flights(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Simulate flights after planned hand motions, and with the robot where the cup touches the object again."""
-        touchdown, touched = self.free.predict_landings(context, clock)
+        down, touched = self.free.predict_landings(context, clock)
         effort = self._effort_of_plan(clock, np.zeros_like(rows))
-        flown = SimulatedThrows(touchdown, np.zeros(len(rows)), effort, clock.grips)
+        flown = SimulatedThrows(down, np.zeros(len(rows)), effort, clock.grips)
         return recompute_rows(flown, touched, self._simulate_to_the_end, rows, context, clock)
 
     def _simulate_to_the_end(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
@@ -224,22 +224,17 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         """Simulate the throws of some rows, which are already set up, with the robot to the end."""
         record = self._roll_out_robot(rows, context, clock, clock.end)
         sensors = record["sensordata"]
-        flight = ObjectFlight(
-            position=sensors[..., SENSORS["object_position"]],
-            velocity=sensors[..., SENSORS["object_velocity"]],
-            hand_touch=touching(sensors[..., SENSORS["cup_contact"]]),
-            any_touch=touching(sensors[..., SENSORS["any_contact"]]),
-            release_step=clock.release,
-            last_step=clock.end - 1,
-        )
-        touchdown, effort = flight.touchdown(context.target[:, 2]), self._effort(record, clock.end, clock.step)
-        flown = SimulatedThrows(touchdown, _tracking_error(sensors, clock), effort, clock.grips)
+        motion = in_order(sensors[..., SENSORS["object_position"]], sensors[..., SENSORS["object_velocity"]])
+        touches = touching(sensors[..., SENSORS["cup_contact"]]), touching(sensors[..., SENSORS["any_contact"]])
+        flight = ObjectFlight(*motion, *touches, release_step=clock.release, last_step=clock.end - 1)
+        effort, astray = self._effort(record, clock.end, clock.step), _tracking_error(sensors, clock)
+        flown = SimulatedThrows(touchdown(flight, context.target), astray, effort, clock.grips)
         return FullSimulation(flown, flight, sensors[..., SENSORS["hand_position"]], -clock.path_delay)
 
     def _effort(self, record: dict[str, Floats], end: Ints, step: float) -> Effort:
         """Effort of the motors in recorded fields (N, M, columns), up to a step of each (N,)."""
         torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., self._motors]
-        return Effort(*recorded.loads_of_steps(*in_order(torque, speed, end), step))
+        return Effort(*loads_of_steps(*in_order(torque, speed, end), step))
 
     def _effort_of_plan(self, clock: ThrowClock, clear: Ints) -> Effort:
         """Effort of the motors in the planned motions from a step of each on (N,), without the object's mass."""
@@ -248,14 +243,18 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
         knots = self.scene.robot.motion(*clock.hand(clear[:, None] + steps)).within_reach()
         planned = in_order(knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0), steps * clock.step)
-        return Effort(*recorded.loads_between(*planned))
+        return Effort(*loads_between(*planned))
 
     def _references(self, rows: Ints, context: Context, clock: ThrowClock, steps: int) -> Floats:
         """Controls (N, steps, nu + neq) of some rows: motors, spin and grip, every other equality active."""
         control = np.zeros((len(rows), steps, self._controls))
         control[..., int(self.scene.model.nu) :] = 1.0
         stride = clock.stride
-        knots = self._knots(clock, np.arange(knot_count(steps, stride), dtype=np.int64) * stride)
+        at = np.arange(knot_count(steps, stride), dtype=np.int64) * stride
+        # After the end of a throw the reference stays constant; without that a hand that rides with the belt would ride
+        # on until the longest throw ends, out of reach. Interpolation up to the end needs one more knot behind it.
+        hand = clock.hand(np.minimum(at, clock.end[:, None] + stride))
+        knots = self.scene.robot.motion(*hand).within_reach()
         weak = 1.0 - self.config.mismatch * self.config.spread.feedforward
         knots = JointMotion(knots.position, knots.velocity, knots.acceleration, knots.torque * weak)
         upsample(knots, stride * clock.step, stride, control)
@@ -268,13 +267,6 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         push = context.objects.mass * clock.parting.push / clock.step
         control[np.arange(len(rows)), clock.release, self.scene.push_controls] = push[:, None]
         return control
-
-    def _knots(self, clock: ThrowClock, steps: Ints) -> JointMotion:
-        """References of the motors at steps (K,); after the end of a throw the reference stays constant."""
-        # Without the limit a hand that rides with the belt would ride on until the longest throw ends, out of reach.
-        # Interpolation up to the end needs one more knot behind it.
-        position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None] + clock.stride))
-        return self.scene.robot.motion(position, velocity, acceleration).within_reach()
 
 
 def _tracking_error(sensors: Floats, clock: ThrowClock) -> Floats:

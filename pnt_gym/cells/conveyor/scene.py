@@ -12,7 +12,7 @@ from typing import Any, Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.grip import CUP_RADIUS
+from pnt_gym.cells.base.items import CUP_RADIUS
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import (
     BELT_THICKNESS,
@@ -72,6 +72,8 @@ class Surroundings:
     bin_bodies: tuple[int, ...]
     bin_geoms: tuple[int, ...]
     """The first panel of each bin, before its other panels."""
+    has_draught: bool
+    """Whether the air of the cell moves in some throws."""
 
 
 @final
@@ -214,6 +216,7 @@ def _ids(model: MjModel, config: ConveyorConfig) -> dict[str, Any]:
         "object_qvel": int(joint.dofadr[0]),
         "bin_bodies": tuple(bins),
         "bin_geoms": tuple(int(model.body_geomadr[body]) for body in bins),
+        "has_draught": config.drift.draught.moves,
     }
 
 

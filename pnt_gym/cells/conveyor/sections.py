@@ -120,7 +120,7 @@ class Suction(Section):
 
 
 class Grip(Section):
-    """Holding limit of the cup until the release, by slip and peel (`cells.base.grip`)."""
+    """Holding limit of the cup until the release, by slip and peel (`cells.conveyor.cup.hold`)."""
 
     limit: bool = Field(
         default=True,

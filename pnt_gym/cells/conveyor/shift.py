@@ -98,22 +98,24 @@ class SteadyCells:
     def __init__(self, config: ConveyorConfig, generators: Generators) -> None:
         self._config = config
         self._cells = draw_cells(config, generators)
+        self._differ = bool(config.cells.ranges)
+        """Whether cells differ from one another."""
         self._held: Bools = np.zeros(len(generators), dtype=np.bool_)
         """Rows that `hold_back` holds back (N,)."""
 
     @property
     def hidden(self) -> tuple[Quantity, ...]:
         """Hidden values, which no observation has."""
-        return (*HIDDEN, *CELL) if self._config.cells.ranges else HIDDEN
+        return (*HIDDEN, *CELL) if self._differ else HIDDEN
 
     def begin(self, rows: Ints, generators: Generators, picks: Context) -> Context:
         """First picks of new shifts in some rows, with one generator per row."""
         self._cells.put(rows, draw_cells(self._config, generators))
-        return self._hide(picks, take(self._cells, rows), HiddenDrift.of(len(rows)))
+        return self._hide(picks, take(self._cells, rows), HiddenDrift.of(len(rows))) if self._differ else picks
 
     def after(self, context: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
         """The picks that follow throws, with the measurements of those throws and the drift by now."""
-        return self._hide(picks, self._cells, HiddenDrift.of(len(picks.pick)))
+        return self._hide(picks, self._cells, HiddenDrift.of(len(picks.pick))) if self._differ else picks
 
     @contextmanager
     def hold_back(self, rows: Bools) -> Generator[None]:
@@ -131,7 +133,7 @@ class SteadyCells:
     def _hide(self, picks: Context, cells: HiddenCell, now: HiddenDrift) -> Context:
         """Picks in cells that differ, and that have drifted by now."""
         config = self._config
-        if config.cells.ranges:
+        if self._differ:
             m = config.mismatch
             calibration = HiddenDrift.of(len(picks.pick), encoder=m * cells.encoder, scale=m * cells.camera)
             return apply_drift(apply_cell(picks, cells, config), calibration.plus(now), config)

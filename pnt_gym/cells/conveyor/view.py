@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from pnt_gym.arrays import Floats, take
+from pnt_gym.cells.base.bodies import geom_placement, yaw_attitude
 from pnt_gym.cells.base.canvas import Marker
-from pnt_gym.cells.base.rotations import yaw_attitude
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.engine import mujoco
@@ -35,7 +35,7 @@ def objects_on_belt(upstream: tuple[Objects, Floats] | None, belt: Belt, time: f
 
 def object_markers(objects: Objects, centre: Floats, attitude: Floats) -> list[Marker]:
     """Markers of objects (K,), for the centres of their extents (K, 3) [m] and their attitudes (K, 4)."""
-    place = objects.placement
+    place = geom_placement(objects.shape, objects.extents)
     rgba = ITEMS.take(objects.kind, axis=0, mode="wrap")
     attitude_drawn, frame = np.zeros(4), np.zeros(9)
     markers: list[Marker] = []

@@ -184,7 +184,7 @@ class Grasper:
             spin = self._spin(context, grasp + unseen, force)
             objects = self._seal(objects, grasp + unseen, force, unseen, holds).replace(spin=spin)
         pick = context.pick + join_columns(place[:, 0], place[:, 1], 0.0)
-        fastest = self._planner.limits(objects).acceleration
+        fastest = self._planner.config.robot.limits(objects.percent).acceleration
         return self._planner.plan_at(context.replace(objects=objects), pick, fastest), leak
 
     def _spin(self, context: Context, grasp: Floats, seal: Floats | None = None) -> Floats:

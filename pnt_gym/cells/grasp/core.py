@@ -18,7 +18,8 @@ from pnt_gym.cells.base.request import NO_REQUEST, Request
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.hold import inside_outline, picked
+from pnt_gym.cells.conveyor.cup.hold import picked
+from pnt_gym.cells.conveyor.objects.kernel import inside_outline
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.action import MODE, Wishes, names_of, read_actions
 from pnt_gym.cells.grasp.attempts import Attempts, Grasper, LastTry, tries_left
@@ -155,7 +156,7 @@ class GraspCore:
             groups = take(source.groups, rows)
             offset = groups.pick[..., :2] - groups.pick[:, :1, :2]
             members = range(offset.shape[1])
-            inside = [inside_outline(take(groups.objects, np.s_[:, k]), asked - offset[:, k]) for k in members]
+            inside = [inside_outline(take(groups.objects.rows, np.s_[:, k]), asked - offset[:, k]) for k in members]
             chosen = np.argmax(inside, axis=0)
             asked = asked - offset[np.arange(len(rows)), chosen]
             picks = self._ridden(take(source.groups, (rows, chosen)), picks.spent)
@@ -192,7 +193,8 @@ class GraspCore:
         """
         waited, pick = picks.replace(spent=picks.spent + time), picks.pick.copy()
         pick[:, 0] += self.config.belt.speed * time
-        ridden = self.cell.planner.plan_at(waited, pick, self.cell.planner.limits(picks.objects).acceleration)
+        limits = self.config.robot.limits(picks.objects.percent)
+        ridden = self.cell.planner.plan_at(waited, pick, limits.acceleration)
         stays = np.flatnonzero(~ridden.plan.feasible)
         return put_rows(ridden, stays, take(waited, stays), len(time))
 

@@ -8,8 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from pnt_gym.cells.base.catalogue import TYPICAL, complete_item
-from pnt_gym.cells.base.grip import CUP_RADIUS
-from pnt_gym.cells.base.items import Item
+from pnt_gym.cells.base.items import CUP_RADIUS, Item
 from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES
 
 SIZES: Final = ((0.05, 0.20), (0.6, 1.0), (0.15, 1.0))

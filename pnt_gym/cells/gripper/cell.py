@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.action import Correction, require_feasible
 from pnt_gym.cells.base.cell import Cell
-from pnt_gym.cells.base.flight import REWARD_TERMS
+from pnt_gym.cells.base.recorded import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.gripper.action import MODES, correction
 from pnt_gym.cells.gripper.config import GripperConfig

@@ -8,9 +8,8 @@ from typing import Final, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, in_order
-from pnt_gym.cells.base import recorded
-from pnt_gym.cells.base.flight import Landed, ObjectFlight
 from pnt_gym.cells.base.plant import touching
+from pnt_gym.cells.base.recorded import Landed, ObjectFlight, loads_of_steps, touchdown
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.motion import TossPlans
 from pnt_gym.cells.gripper.scene import SENSORS
@@ -90,7 +89,7 @@ class RecordedThrows:
             lifted=position[rows, open_step, 2] - position[rows, 0, 2],
             slip=np.hypot(*(relative_position[rows, open_step] - relative_position[rows, off_table_step])[:, [0, 2]].T),
             peak_torque=np.abs(torque).max(axis=(1, 2)),
-            energy=recorded.loads_of_steps(*in_order(torque, speed, last_step + 1), step)[1],
+            energy=loads_of_steps(*in_order(torque, speed, last_step + 1), step)[1],
         )
 
 
@@ -123,9 +122,8 @@ def judge(throws: RecordedThrows, plans: TossPlans, config: GripperConfig, retur
     """
     tray, arrival = config.tray, throws.release_time + plans.flight_time
     opening = np.array([tray.opening])
-    landing = throws.flight.touchdown(plans.target[:, 2]).landing_fields(
-        plans.target, opening, tray.depth, plans.heading
-    )
+    down = touchdown(ObjectFlight(*in_order(*throws.flight)), plans.target)
+    landing = down.landing_fields(plans.target, opening, np.array([tray.depth]), plans.heading)
     return Outcome(
         **landing,
         landing_error=np.hypot(landing["landing_along"], landing["landing_across"]),

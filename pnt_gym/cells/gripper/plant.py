@@ -12,7 +12,16 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia, write_object
+from pnt_gym.cells.base.bodies import (
+    MODEL_FIELDS,
+    ModelFields,
+    ModelObjects,
+    fluid_coefficients,
+    geom_placement,
+    lying_size,
+    solid_shell_inertia,
+    write_object,
+)
 from pnt_gym.cells.base.plant import Plant, roll_out, step_counts
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
@@ -72,8 +81,9 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
         # Each simulation's object: shape, size, mass, drag and grip.
         rows, shape = np.arange(len(full)), hidden.shape
         inertia, fluid = solid_shell_inertia(hidden.mass, full, shape), fluid_coefficients(shape, full, hidden.drag)
-        ids, placement = (scene.object_body, scene.object_geom), geom_placement(shape, full)
-        write_object(batch, rows, *ids, hidden.mass, inertia, placement, fluid)
+        objects = ModelObjects(hidden.mass, inertia, geom_placement(shape, full), fluid)
+        fields = ModelFields(*map(batch.expand, MODEL_FIELDS))
+        write_object(rows, scene.object_body, scene.object_geom, objects, fields)
         friction = batch.expand("geom_friction")
         for pad in scene.pads:
             friction[:, pad, 0] = hidden.friction

@@ -13,9 +13,8 @@ from typing import Final, NamedTuple, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.fluid import lying_size
+from pnt_gym.cells.base.bodies import lying_size, yaw_attitude
 from pnt_gym.cells.base.plant import Recording
-from pnt_gym.cells.base.rotations import yaw_attitude
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Mover, ThrowMotion

@@ -8,9 +8,8 @@ from typing import Any, Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.cells.base.bodies import lying_size, yaw_attitude
 from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Picture
-from pnt_gym.cells.base.fluid import lying_size
-from pnt_gym.cells.base.rotations import yaw_attitude
 from pnt_gym.cells.base.view import Scene, View
 from pnt_gym.cells.conveyor.view import object_markers
 from pnt_gym.cells.line.cell import LineCell

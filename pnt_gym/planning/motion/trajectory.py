@@ -82,17 +82,21 @@ class JerkTrajectory:
     table: Rows[Knot] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        _check_shapes(self.start, self.durations, self.jerks)
-        zero = np.zeros(self.start.shape)
+        begin, durations, jerks = self.start, self.durations, self.jerks
+        if begin.ndim != 2 or begin.shape[1] != 3:
+            raise PlanningError(f"start must have shape (N, 3), got {begin.shape}")
+        if durations.ndim != 2 or durations.shape[0] != len(begin) or durations.shape[1] == 0:
+            raise PlanningError(f"durations must have shape ({len(begin)}, K) with K >= 1, got {durations.shape}")
+        if jerks.shape != (*durations.shape, 3):
+            raise PlanningError(f"jerks must have shape {(*durations.shape, 3)}, got {jerks.shape}")
+        zero, (count, columns) = np.zeros(begin.shape), durations.shape
         velocity = zero if self.start_velocity is None else self.start_velocity
         acceleration = zero if self.start_acceleration is None else self.start_acceleration
-        durations, jerks = self.durations, self.jerks
-        count, columns = durations.shape
         times, table = np.empty((count, columns + 1)), Knot.empty(count, columns + 2)
         knots = np.empty((3, count, columns + 1, 3))
-        start, segments = Start(*in_order(self.start, velocity, acceleration)), Segments(*in_order(durations, jerks))
+        start, segments = Start(*in_order(begin, velocity, acceleration)), Segments(*in_order(durations, jerks))
         if not kernel.lay_out(start, segments, self.rides, Borders(times, *knots), table):
-            raise _value_error(self.start, durations, jerks)
+            raise _value_error(begin, durations, jerks)
         self.__dict__.update(
             start_velocity=velocity,
             start_acceleration=acceleration,
@@ -169,16 +173,6 @@ class JerkTrajectory:
         if time.ndim != 2 or time.shape[0] != len(self.table):
             raise PlanningError(f"times must have shape (M,) or ({len(self.table)}, M), got {time.shape}")
         return time
-
-
-def _check_shapes(start: Floats, durations: Floats, jerks: Floats) -> None:
-    count = start.shape[0]
-    if start.ndim != 2 or start.shape[1] != 3:
-        raise PlanningError(f"start must have shape (N, 3), got {start.shape}")
-    if durations.ndim != 2 or durations.shape[0] != count or durations.shape[1] == 0:
-        raise PlanningError(f"durations must have shape ({count}, K) with K >= 1, got {durations.shape}")
-    if jerks.shape != (*durations.shape, 3):
-        raise PlanningError(f"jerks must have shape {(*durations.shape, 3)}, got {jerks.shape}")
 
 
 def _value_error(start: Floats, durations: Floats, jerks: Floats) -> PlanningError:

@@ -29,13 +29,13 @@ from pnt_gym.planning.straight.bounds import LANES, Box, slope_below_roof, slope
 from pnt_gym.planning.straight.crossing import Line, best_slope, crossing, flight_time, lay_out
 from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, Reason, ReleaseBatch
 from pnt_gym.planning.straight.rows import Ends, StopRules, Throw, ThrowLine
-from pnt_gym.rows import Bools1, Floats2, Floats3, Ints1, Rows1
+from pnt_gym.rows import Bools1, Floats1, Floats2, Floats3, Ints1, Rows1
 
 NO_REACH, TOO_HIGH, OUTSIDE, TOO_FLAT = map(int, (Reason.NO_REACH, Reason.CEILING, Reason.WORKSPACE, Reason.ELEVATION))
 SAME_POINT = int(Reason.SAME_POINT)
 
 
-LINE, RELEASE = ThrowLine.dtype, ReleaseBatch.dtype
+LINE, RELEASE, THROW = ThrowLine.dtype, ReleaseBatch.dtype, Throw.dtype
 
 
 @kernel_part
@@ -148,7 +148,7 @@ def stop_distance(release_distance: float, speed: float, window: float, braking:
 
 
 @kernel_part
-def _stops_inside(throw: Throw, line: Line, window: float, braking: float, space: Space) -> bool:
+def _line_stops_inside(throw: Throw, line: Line, window: float, braking: float, space: Space) -> bool:
     """Whether the hand of a throw along a line stops inside the workspace, and passes beside its hole."""
     way = stop_distance(line.distance, line.speed, window, braking, throw.jerk)
     x, y, z = throw.pick[0] + line.x * way, throw.pick[1] + line.y * way, throw.pick[2] + line.z * way
@@ -177,7 +177,7 @@ def _is_accepted(
     if not (line.distance >= 0.0 and space_margin(throw.pick[0], throw.pick[1], throw.pick[2], space) >= 0.0):
         return False
     braking = braking_limit(throw.acceleration, rules.gravity_share, line.z)
-    is_good = _stops_inside(throw, line, rules.window, braking, space)
+    is_good = _line_stops_inside(throw, line, rules.window, braking, space)
     if shift[0] == 0.0 and shift[1] == 0.0:
         return is_good
     x, y = throw.target[0], throw.target[1]
@@ -185,7 +185,7 @@ def _is_accepted(
         sign = 2.0 * side - 1.0
         throw.target[0], throw.target[1] = x + sign * shift[0], y + sign * shift[1]
         moved = _line_at(throw, slope)
-        is_good = is_good and moved.distance >= 0.0 and _stops_inside(throw, moved, rules.window, braking, space)
+        is_good = is_good and moved.distance >= 0.0 and _line_stops_inside(throw, moved, rules.window, braking, space)
     throw.target[0], throw.target[1] = x, y
     return is_good
 
@@ -199,24 +199,48 @@ def stays_inside(throw: Throw, release: Any, shift: tuple[float, float], rules: 
     return release.feasible and _is_accepted(throw, line, slope, shift, rules, space)
 
 
+@kernel_part
+def _open_throws(picks: Floats, targets: Floats, limits: LimitRows) -> Any:
+    """Throws from picks (N, 3) to targets (N, 3) [m] without bounds."""
+    throws = empty_rows(len(picks), THROW)
+    for row in range(len(picks)):
+        throw = throws[row]
+        for k in range(3):
+            throw.pick[k], throw.target[k] = picks[row, k], targets[row, k]
+        throw.velocity, throw.acceleration, throw.jerk = (
+            limits.velocity[row],
+            limits.acceleration[row],
+            limits.jerk[row],
+        )
+        throw.tolerance, throw.ceiling = 0.0, math.inf
+        throw.near, throw.far, throw.low, throw.high = 0.0, math.inf, -math.inf, math.inf
+    return throws
+
+
 @kernel
-def keep_stops_inside(
-    throws: Rows1[Throw],
+def stops_inside(
+    picks: Floats2,
+    targets: Floats2,
+    limits: LimitRows,
     releases: Rows1[ReleaseBatch],
     shifts: Floats2,
     rules: StopRules,
     space: Space,
 ) -> Bools1:
-    """Find which of N planned throws stop inside a workspace, also with targets moved by shifts (N, 2), back and forth.
+    """Find which of N planned throws stay in a workspace until the hand has stopped on the line of the throw.
+
+    The throws at the same elevation to targets moved by the shifts, forth and back, have to stay in the workspace too.
 
     Args:
-        throws: the throws.
-        releases: their releases.
-        shifts: displacements of the targets along x and y (N, 2) [m].
+        picks: starts of the hands at rest (N, 3) [m].
+        targets: points the objects pass through (N, 3) [m].
+        limits: limits of the hands (N,).
+        releases: releases of the throws.
+        shifts: displacements of the targets along x and y (N, 2+) [m]; zeros for the targets alone.
         rules: rules of the stops; the shifts stand for the reserve.
-        space: the workspace.
+        space: positions that the hands can reach.
     """
-    good = np.empty(len(throws), dtype=np.bool_)
+    throws, good = _open_throws(picks, targets, limits), np.empty(len(picks), dtype=np.bool_)
     for row in range(len(throws)):
         good[row] = stays_inside(throws[row], releases[row], (shifts[row, 0], shifts[row, 1]), rules, space)
     return good
@@ -232,26 +256,37 @@ def reserve_shift(throw: Throw, origin: Floats, reserve: float) -> tuple[float, 
 
 @kernel
 def choose_targets(
-    throws: Rows1[Throw], targets: Floats3, origins: Floats2, rules: StopRules, space: Space, may_throw: Bools1
+    picks: Floats2,
+    targets: Floats3,
+    limits: LimitRows,
+    ceiling: Floats1,
+    rules: StopRules,
+    space: Space,
+    origins: Floats2,
+    may_throw: Bools1,
 ) -> tuple[Ints1, Rows1[ReleaseBatch], Bools1]:
-    """Find for each of N objects the first of T targets with an accepted throw; the last target where there is none.
+    """Find for each of N objects the quickest throw into the first of T targets whose throw is accepted.
+
+    A row without an accepted throw has the last target. The arguments are finite, and are not checked.
 
     Args:
-        throws: the throws; their targets are overwritten by the chosen targets.
+        picks: starts of the hands at rest (N, 3) [m].
         targets: targets in the order in which to try them (N, T, 3) [m].
-        origins: picks from which targets are moved along the throw (N, 3) [m].
-        rules: rules of the stop.
-        space: the workspace.
-        may_throw: which objects may be thrown (N,).
+        limits: limits of the hands (N,).
+        ceiling: greatest heights of the release points (N,) [m].
+        rules: rules of the stops.
+        space: positions that the hands can reach.
+        origins: points from which targets are moved along the throw (N, 3) [m].
+        may_throw: which objects may be thrown at all (N,).
 
     Returns:
         Indices of the chosen targets (N,), the releases, and which throws are accepted (N,).
     """
     slacks, attempts, good = np.empty(LANES), np.empty(len(targets), dtype=np.int64), np.empty_like(may_throw)
-    count, lines = targets.shape[1], empty_rows(len(targets), LINE)
+    count, lines, throws = targets.shape[1], empty_rows(len(targets), LINE), _open_throws(picks, targets[:, 0], limits)
     for row in range(len(targets)):
         throw, line = throws[row], lines[row]
-        good[row] = False
+        throw.ceiling, good[row] = ceiling[row], False
         for attempt in range(0 if may_throw[row] else count - 1, count):
             for k in range(3):
                 throw.target[k] = targets[row, attempt, k]

@@ -17,22 +17,14 @@ from typing import Any, Final, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Point, finite_points, finite_rows, in_order, number, of_kind
+from pnt_gym.arrays import Floats, Point, finite_points, finite_rows, number, of_kind
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.ballistics import flight_time
-from pnt_gym.planning.motion.limits import (
-    EllipticWorkspace,
-    LimitRows,
-    Limits,
-    LineBounds,
-    MotionLimits,
-    Space,
-    limit_rows,
-)
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds, MotionLimits, limit_rows
 from pnt_gym.planning.straight import kernel
 from pnt_gym.planning.straight.frame import Frame, check_throws, point_of
-from pnt_gym.planning.straight.plan import InfeasibleThrow, Reason, Release, ReleaseBatch, TargetChoice
-from pnt_gym.planning.straight.rows import StopRules, Throw, ThrowLine
+from pnt_gym.planning.straight.plan import InfeasibleThrow, Reason, Release, ReleaseBatch
+from pnt_gym.planning.straight.rows import Throw, ThrowLine
 from pnt_gym.rows import Rows
 
 __all__ = [
@@ -40,7 +32,6 @@ __all__ = [
     "plan_release_batch",
     "release_at_elevation",
     "release_at_point",
-    "stops_inside",
 ]
 
 
@@ -168,58 +159,6 @@ def release_at_point(
         rows[lost] = kernel.release_at_points(OPEN)  # which plans nothing
         rows["reason"][lost] = Reason.PLANE
     return ReleaseBatch(rows)
-
-
-def stops_inside(
-    picks: Floats,
-    targets: Floats,
-    limits: LimitRows,
-    plans: ReleaseBatch,
-    rules: StopRules,
-    space: Space,
-    shifts: Floats | None = None,
-) -> Bools:
-    """Return which planned throws (N,) stay in a workspace until the hand has stopped on the line of the throw.
-
-    Args:
-        picks: starts of the hand at rest (N, 3) [m].
-        targets: points the objects pass through (N, 3) [m].
-        limits: limits of the hand (N,).
-        plans: releases of the throws.
-        rules: rules of the stops; the displacements stand for the reserve.
-        space: positions that the hand can reach.
-        shifts: displacements of the targets along x and y (N, 2) [m]; the throws at the same elevation to targets moved
-            by the displacements, forth and back, have to stay in the workspace too. None: the targets alone.
-    """
-    moves = np.zeros((len(picks), 2)) if shifts is None else shifts
-    return kernel.keep_stops_inside(_lay_out(picks, targets, limits), *in_order(plans.rows, moves), rules, space)
-
-
-def choose_targets(
-    picks: Floats,
-    targets: Floats,
-    limits: LimitRows,
-    ceiling: Floats,
-    rules: tuple[StopRules, Space],
-    origins: Floats,
-    may_throw: Bools,
-) -> TargetChoice:
-    """Return for each of N objects the quickest throw into the first of T targets whose throw is accepted.
-
-    A row without an accepted throw has the last target. The arguments are finite, and are not checked.
-
-    Args:
-        picks: starts of the hand at rest (N, 3) [m].
-        targets: targets in the order in which to try them (N, T, 3) [m].
-        limits: limits of the hand (N,).
-        ceiling: greatest heights of the release points (N,) [m].
-        rules: rules of the stops, and positions that the hand can reach.
-        origins: points from which targets are moved along the throw (N, 3) [m].
-        may_throw: which objects may be thrown at all (N,).
-    """
-    throws, places = _lay_out(picks, targets[:, -1], limits, ceiling=ceiling), in_order(targets, origins)
-    attempt, releases, good = kernel.choose_targets(throws, *places, *rules, *in_order(may_throw))
-    return TargetChoice(attempt, ReleaseBatch(releases), good)
 
 
 def check_bounds(ceiling: float | None, tolerance: float) -> None:

@@ -7,6 +7,7 @@ only the parallelograms hold it.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, Self, final
 
 import numpy as np
@@ -26,8 +27,7 @@ from pnt_gym.robots.specification import (
     set_inertia,
 )
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
-from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
-from pnt_gym.robots.t3kr.references import joint_knots
+from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity, joint_knots
 from pnt_gym.robots.t3kr.visuals import dress_arm, dress_base, dress_platform, dress_rod
 
 Rods = Literal["four", "eight"]
@@ -62,7 +62,7 @@ class T3krHandles:
     tcp: str = "tcp"
     """Site at the TCP."""
 
-    @property
+    @cached_property
     def rods_per_arm(self) -> int:
         """Rods per arm, 1 or 2."""
         return len(self.equalities) // N_ARMS

@@ -27,12 +27,12 @@ def test_a_window_is_shown_after_every_throw(monkeypatch):
 
 
 def test_an_episode_ends_with_its_last_throw_or_earlier() -> None:
-    episodes = Episodes(3, 2, drawn=True)
+    episodes, failed = Episodes(3, 2, drawn=True), np.zeros(3, dtype=np.bool_)
     assert episodes.begin(np.arange(3), seeded=True).tolist() == [0, 1, 2]
-    assert episodes.count_throws(early=np.array([False, True, False])).tolist() == [False, True, False]
+    assert episodes.count(failed, early=np.array([False, True, False]))[0].tolist() == [False, True, False]
     # The throw that the cell has drawn already is kept; one that was broken off before its end is drawn anew.
     assert episodes.begin(np.array([1, 2]), seeded=False).tolist() == [1]
-    assert episodes.count_throws().tolist() == [True, False, False]
+    assert episodes.count(failed)[0].tolist() == [True, False, False]
     assert episodes.begin(np.array([0]), seeded=False).size == 0
     assert episodes.begin(np.array([0]), seeded=True).tolist() == [0]
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base.airborne import STATE, Airborne, Body
-from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
+from pnt_gym.cells.base.bodies import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
 from pnt_gym.cells.base.freefall import end_settled, fly_down
 
 COUNT, STEP, STRIDE = 9, 0.001, 4

@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from pnt_gym.cells.base.bodies import contact_solref
 from pnt_gym.cells.base.catalogue import CATALOGUE, CLAW_ITEMS, HELD_OUT_ITEMS, LIGHT_ITEMS, PAPER_ITEMS, SEEN_ITEMS
-from pnt_gym.cells.base.items import SHAPES, Item, contact_solref, item_arrays, shape_index
+from pnt_gym.cells.base.items import SHAPES, Item, item_arrays, shape_index
 from tests.tools import throws
 
 # name, shape, L W H in mm as it lies, mass in g, Cd, centre of mass, F0 in N, residue over mass.

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.flight import ObjectFlight
 from pnt_gym.cells.base.plant import roll_out, touching
+from pnt_gym.cells.base.recorded import ObjectFlight, lies_in, touchdown
 from pnt_gym.engine import Batch, mujoco
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import landing_point
 from tests.tools.commands import run_python
 
 STEP, STEPS, RELEASE, GRAVITY, RIM = 1e-3, 400, 50, 9.81, -0.85
+OPENING = np.array([[0.3, 0.4, RIM]])
 START, VELOCITY = np.array([0.0, 0.0, -0.75]), np.array([1.0, 2.0, 0.8])
 
 
@@ -41,7 +42,7 @@ EXPECTED = landing_point(START, VELOCITY, RIM)[:2]
 
 
 def test_a_free_flight_lands_where_the_parabola_does():
-    np.testing.assert_allclose(flight().touchdown(np.array([RIM])).landing[0], EXPECTED, atol=1e-9)
+    np.testing.assert_allclose(touchdown(flight(), OPENING).landing[0], EXPECTED, atol=1e-9)
 
 
 @pytest.mark.parametrize("touched", [60, 150, 200])
@@ -51,13 +52,13 @@ def test_a_touched_flight_is_carried_on_from_before_the_touch(touched):
     velocity[0, touched:] = 0.0
     assert position[0, touched, 2] > RIM
     caught = flight(position, velocity, anything=range(touched, STEPS))
-    np.testing.assert_allclose(caught.touchdown(np.array([RIM])).landing[0], EXPECTED, atol=1e-9)
+    np.testing.assert_allclose(touchdown(caught, OPENING).landing[0], EXPECTED, atol=1e-9)
 
 
 def test_contacts_in_the_grip_do_not_count():
     held = flight(cup=range(RELEASE + 1), anything=range(RELEASE))
-    assert not held.touchdown(np.array([RIM])).recontact[0]
-    np.testing.assert_allclose(held.touchdown(np.array([RIM])).landing[0], EXPECTED, atol=1e-9)
+    assert not touchdown(held, OPENING).recontact[0]
+    np.testing.assert_allclose(touchdown(held, OPENING).landing[0], EXPECTED, atol=1e-9)
 
 
 def test_a_cup_that_touches_again_is_reported_and_its_push_counts():
@@ -68,18 +69,18 @@ def test_a_cup_that_touches_again_is_reported_and_its_push_counts():
     position[0, 80:] = position[0, 80] + pushed * t - [0, 0, 0.5 * GRAVITY] * t**2
     velocity[0, 80:] = pushed - [0, 0, GRAVITY] * t
     again = flight(position, velocity, cup=[79])
-    assert again.touchdown(np.array([RIM])).recontact[0]
+    assert touchdown(again, OPENING).recontact[0]
     expected = landing_point(position[0, 80], pushed, RIM)[:2]
-    np.testing.assert_allclose(again.touchdown(np.array([RIM])).landing[0], expected, atol=1e-9)
+    np.testing.assert_allclose(touchdown(again, OPENING).landing[0], expected, atol=1e-9)
     assert np.linalg.norm(expected - EXPECTED) > 0.05
 
 
 def test_what_happens_after_the_last_step_does_not_count():
     late = flight(cup=[390])
-    assert late.touchdown(np.array([RIM])).recontact[0]
+    assert touchdown(late, OPENING).recontact[0]
     cut = late._replace(last_step=np.array([380]))
-    assert not cut.touchdown(np.array([RIM])).recontact[0]
-    np.testing.assert_array_equal(cut.final()[0], late.position[:, 380])
+    assert not touchdown(cut, OPENING).recontact[0]
+    np.testing.assert_array_equal(touchdown(cut, OPENING).position, late.position[:, 380])
 
 
 def test_an_object_that_never_comes_up_to_the_rim_counts_where_it_lies():
@@ -87,7 +88,7 @@ def test_an_object_that_never_comes_up_to_the_rim_counts_where_it_lies():
     position[..., 2] -= 0.5
     velocity[..., 2] = -np.abs(velocity[..., 2])
     low = flight(position, velocity)
-    np.testing.assert_array_equal(low.touchdown(np.array([RIM])).landing[0], position[0, -1, :2])
+    np.testing.assert_array_equal(touchdown(low, OPENING).landing[0], position[0, -1, :2])
 
 
 def test_touch_needs_a_found_contact_that_is_closed():
@@ -112,13 +113,8 @@ def test_touch_needs_a_found_contact_that_is_closed():
 def test_lying_in_a_bin(position, velocity, inside):
     positions, velocities = parabola()
     positions[0, -1], velocities[0, -1] = position, velocity
-    arrived = flight(positions, velocities).touchdown(np.array([RIM]))
-    lies = arrived.lies_in(
-        np.array([[0.3, 0.4]]),
-        np.array([[0.22, 0.22]]),
-        np.full(len(positions), RIM),
-        np.full(len(positions), RIM - 0.30),
-    )
+    arrived = touchdown(flight(positions, velocities), OPENING)
+    lies = lies_in(arrived, OPENING, np.array([[0.22, 0.22]]), np.array([0.30]))
     assert lies.tolist() == [inside]
 
 

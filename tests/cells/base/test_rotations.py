@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pnt_gym.cells.base.rotations import level_axes, turn_back, vertical, yaw_attitude
+from pnt_gym.cells.base.bodies import level_axes, turn_back, vertical, yaw_attitude
 
 RANDOM = np.random.default_rng(3)
 TURNS = Rotation.random(20, rng=RANDOM)

@@ -9,7 +9,7 @@ from benchmarks.studies.cells import CELLS
 from benchmarks.studies.flights import EngineCheck
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.airborne import Airborne, BinShape, Body, Ground, Solid, Vicinity
-from pnt_gym.cells.base.items import contact_solref
+from pnt_gym.cells.base.bodies import contact_solref
 from pnt_gym.cells.base.settle_kernel import FALLING, OVER, STAYS, fill_rebounds, follow
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core

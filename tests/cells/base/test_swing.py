@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from pnt_gym.cells.base.airborne import STATE, Hanging, Pivot
-from pnt_gym.cells.base.fluid import fluid_coefficients
+from pnt_gym.cells.base.bodies import fluid_coefficients
 from pnt_gym.cells.base.freefall import swing_down
 from tests.cells.base.test_freefall import bodies
 

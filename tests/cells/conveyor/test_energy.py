@@ -48,7 +48,7 @@ def test_a_planned_cycle_from_rest_to_rest_gains_only_height(begun):
     core, picks, clock, elsewhere = begun
     plant = core.cell.plant
     steps = np.minimum(np.arange(0, clock.end.max() + clock.stride, clock.stride), clock.end[:, None])
-    knots = plant._knots(clock, steps)
+    knots = plant.scene.robot.motion(*clock.hand(steps)).within_reach()
     torque, speed = knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0)
     put_in, taken = (loads_between(*in_order(sign * torque, speed, steps * clock.step))[1] for sign in (1.0, -1.0))
     model = plant.scene.model

@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.rotations import turn_back
+from pnt_gym.cells.base.bodies import turn_back
 from pnt_gym.cells.conveyor.context import HiddenDrift
 from pnt_gym.cells.conveyor.objects.drawing import time_constant
 from pnt_gym.cells.conveyor.objects.kernel import peel_impulse

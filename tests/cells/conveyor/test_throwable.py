@@ -6,7 +6,7 @@ import pytest
 from pnt_gym.cells.base.catalogue import CATALOGUE, LIGHT_ITEMS
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.cup.hold import measured_hold
+from pnt_gym.cells.conveyor.cup.hold import measured_hold, smallest_margin
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import untried
 
@@ -64,7 +64,7 @@ def test_a_bound_on_the_margin_is_kept_in_the_worst_direction():
     hold, push = measured_hold(context.objects, context.belt_shift), context.throw_limits.acceleration
     turns = np.random.default_rng(0).normal(size=(COUNT, 500, 3))
     turns *= (push[:, None] / np.linalg.norm(turns, axis=2))[..., None]
-    assert hold.smallest_margin(turns, np.full(COUNT, 500))[0].min() >= 1.5
+    assert smallest_margin(hold, turns, np.full(COUNT, 500), 1.0)[0].min() >= 1.5
     loose = core_of({"base": "waste_plain"}).context
     assert (measured_hold(loose.objects, loose.belt_shift).least_margin(loose.throw_limits.acceleration) < 1.5).any()
 

@@ -5,7 +5,9 @@ import pytest
 
 from pnt_gym.planning import plan_release_batch
 from pnt_gym.planning.motion.limits import LimitRows, Space
-from pnt_gym.planning.straight.release import aim_lines, choose_targets, release_at_elevation, stops_inside
+from pnt_gym.planning.straight.kernel import choose_targets, stops_inside
+from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.planning.straight.release import aim_lines, release_at_elevation
 from pnt_gym.planning.straight.rows import StopRules
 from tests.tools.throws import same_bits
 
@@ -27,8 +29,7 @@ def accepted(pick, target, limits, ceiling, rules, origin):
     plans = plan_release_batch(pick, target, limits, ceiling=ceiling)
     way = target[:, :2] - origin[:, :2]
     shift = rules.reserve * way / np.sqrt((way**2).sum(axis=1))[:, None]
-    shifts = shift if rules.reserve else None
-    return plans, stops_inside(pick, target, limits, plans, rules, SPACE, shifts)
+    return plans, stops_inside(pick, np.ascontiguousarray(target), limits, plans.rows, shift, rules, SPACE)
 
 
 @pytest.mark.parametrize("rules", RULES, ids=["plain", "shaped", "no reserve"])
@@ -36,17 +37,18 @@ def accepted(pick, target, limits, ceiling, rules, origin):
 def test_each_object_gets_the_first_target_that_is_accepted_and_the_last_where_none_is(rules, ahead):
     origin, target, limits, ceiling, may_throw = throws(3)
     pick = origin + np.array([ahead, 0.0, 0.0])
-    choice = choose_targets(pick, target, limits, ceiling, (rules, SPACE), origin, may_throw)
+    attempt, releases, accepts = choose_targets(pick, target, limits, ceiling, rules, SPACE, origin, may_throw)
+    plan = ReleaseBatch(releases)
     one_by_one = [accepted(pick, target[:, k], limits, ceiling, rules, origin) for k in range(TARGETS)]
     good = np.array([is_good for _, is_good in one_by_one]) & may_throw
     first = np.where(good.any(axis=0), good.argmax(axis=0), TARGETS - 1)
-    np.testing.assert_array_equal(choice.attempt, first)
-    np.testing.assert_array_equal(choice.good, good.any(axis=0))
+    np.testing.assert_array_equal(attempt, first)
+    np.testing.assert_array_equal(accepts, good.any(axis=0))
     for name in ("position", "velocity", "speed", "angle", "distance", "time", "flight_time", "feasible", "reason"):
         values = np.array([getattr(plans, name) for plans, _ in one_by_one])[first, np.arange(COUNT)]
-        assert same_bits(getattr(choice.plan, name), values), name
-    assert len(set(choice.attempt[choice.good])) == TARGETS
-    assert 0.05 < choice.good.mean() < 0.95
+        assert same_bits(getattr(plan, name), values), name
+    assert len(set(attempt[accepts])) == TARGETS
+    assert 0.05 < accepts.mean() < 0.95
 
 
 def test_lines_without_checks_are_those_with_checks():

@@ -5,8 +5,7 @@ import pytest
 
 from pnt_gym.robots.joints import JointMotion, upsample
 from pnt_gym.robots.t3kr.geometry import T3KR, T3krGeometry
-from pnt_gym.robots.t3kr.kinematics import jacobian
-from pnt_gym.robots.t3kr.references import joint_knots
+from pnt_gym.robots.t3kr.kinematics import jacobian, joint_knots
 
 LONGER = T3krGeometry(arm_length=0.8, rod_length=1.15, rod_mass=0.4, platform_mass=1.5, arm_com=0.4)
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.robots.joints import knot_count, upsample
-from pnt_gym.robots.t3kr.kinematics import forward_kinematics, inverse_kinematics
-from pnt_gym.robots.t3kr.references import joint_knots
+from pnt_gym.robots.t3kr.kinematics import forward_kinematics, inverse_kinematics, joint_knots
 from tests.tools.t3kr import joint_velocity, motor_torque
 
 SPACING, STRIDE = 0.004, 4

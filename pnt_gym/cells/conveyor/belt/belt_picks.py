@@ -12,7 +12,15 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take, take_rows
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt.sources import MOST_DRAWS, NextPick, PickSource
-from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream, course, sweeps_through
+from pnt_gym.cells.conveyor.belt.stream import (
+    AWAY,
+    PASSED_PLACES,
+    BeltStream,
+    Carried,
+    Neighbours,
+    course,
+    sweeps_through,
+)
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips
 from pnt_gym.cells.conveyor.movers.straight import Meeting, ThrowMotion
@@ -181,10 +189,12 @@ class BeltPicks(PickSource):
         """Which of all stored objects (N, PASSED_PLACES + Q) the carried objects sweep through."""
         step, stream = self._planner.config.timestep, self.stream
         let_go = motion.release_time + context.objects.delay
-        way = course(motion, np.where(grips.dropped, grips.lost_at * step, let_go), self._belt.speed)
-        places = stream.places(np.arange(len(way)))
-        collisions = sweeps_through(context.objects, context.pick[:, :2], way, stream.objects, places)
-        return collisions & grips.picked[:, None]
+        free_at = np.where(grips.dropped, grips.lost_at * step, let_go)
+        way = course(motion.path.table, motion.pick, free_at, self._belt.speed)
+        o, around = context.objects, stream.objects
+        carried = Carried(o.shape, o.size, o.yaw, context.pick, way)
+        others = Neighbours(around.shape, around.size, around.yaw, stream.places(np.arange(len(way))))
+        return sweeps_through(carried, others) & grips.picked[:, None]
 
     def knock(self, objects: Bools) -> None:
         """Mark objects (N, PASSED_PLACES + Q) as knocked; where neighbours are ghosts, nothing happens."""
@@ -220,11 +230,12 @@ class BeltPicks(PickSource):
         place = self.stream.places(rows)
         place[..., 0] += self._belt.speed * elapsed[candidates, None]
         place[np.arange(len(candidates)), PASSED_PLACES + at] = AWAY
-        neighbours = take(self.stream.objects.measured, rows)
-        way = course(motion, motion.release_time, self._belt.speed)
-        collisions = sweeps_through(throws.objects.measured, throws.pick[:, :2], way, neighbours, place)
+        o, around = throws.objects.measured, take(self.stream.objects.measured, rows)
+        way = course(motion.path.table, motion.pick, motion.release_time, self._belt.speed)
+        carried = Carried(o.shape, o.size, o.yaw, throws.pick, way)
+        others = Neighbours(around.shape, around.size, around.yaw, place)
         free = np.zeros(len(good), dtype=np.bool_)
-        free[candidates] = ~collisions.any(axis=1)
+        free[candidates] = ~sweeps_through(carried, others).any(axis=1)
         return free
 
     def _order(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[Ints, RankedPicks | None]:

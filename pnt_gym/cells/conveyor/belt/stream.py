@@ -3,31 +3,110 @@
 In top view each object is its footprint on the belt, turned by its yaw. In the belt's frame the other objects rest and
 the carried object moves, held or in flight. The carried object meets an object whose top is higher than the carried
 object's underside while the footprints overlap.
+
+Separating axes: convex outlines are disjoint if their projections on some direction are. For rectangles the directions
+of their sides suffice; ellipses are separated along `HEADINGS` more directions.
 """
 
 from __future__ import annotations
 
-from typing import Final, TypeAlias, final
+import math
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, in_order, join_columns, take
 from pnt_gym.cells.base.cell import Generators
-from pnt_gym.cells.conveyor.belt import sweep
-from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
-from pnt_gym.cells.conveyor.objects.records import Measured, Objects
+from pnt_gym.cells.base.items import ELLIPSOID
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.motion.kernel import motion_in, row_at
+from pnt_gym.planning.motion.rows import Knot
+from pnt_gym.rows import Bools1, Bools2, Floats1, Floats2, Floats3, Ints1, Ints2, Rows1, Rows2
 
 PASSED_PLACES: Final = 8
 """Number of stored objects per belt that are not picked any more; carried objects may still sweep through them."""
 AWAY: Final = 1e3
 """Position of places without an object on the belt [m]."""
-CHECK_INTERVAL: Final = 0.004
+CHECK_INTERVAL = 0.004
 """Interval between two checks for collisions [s]; a hand moves 10 mm in this time."""
-CHECK_AFTER_RELEASE: Final = 0.30
+CHECK_AFTER_RELEASE = 0.30
 """Time after the release in which collisions are checked, while objects may still be over the belt [s]."""
-Footprints: TypeAlias = Objects | Measured
-"""Objects with true or with measured shapes, sizes and yaws."""
+BESIDE_DEPTH = 0.02
+"""Depth below its place on the belt at which an object is beside the belt [m]."""
+HEADINGS = 16
+"""Number of directions in a half turn; any direction is within 6 degrees of these."""
+
+
+class Ride(NamedTuple):
+    """How K belts move on."""
+
+    rows: Ints1
+    """The belts (K,)."""
+    picked: Ints1
+    """Place of the picked object behind the passed places (K,); the last place + 1 for none."""
+    gone: Ints1
+    """Number of other objects that leave each belt (K,)."""
+    way: Floats1
+    """Way of each belt (K,) [m]."""
+
+
+class Newcomers(NamedTuple):
+    """M new objects on K belts."""
+
+    objects: Rows1[Objects]
+    """The objects, those of one belt after those of the other (M,)."""
+    fill: Floats2
+    """The objects' draws of the content of each bin (M, B)."""
+    cosine: Floats1
+    """Cosines of the yaws of the last object of each belt, then of the new objects (K + M,)."""
+    sine: Floats1
+    """Sines of these yaws (K + M,)."""
+    has_extent: Bools1
+    """Whether gaps begin and end at the edges of these objects, else at their middles (K + M,)."""
+
+
+class Belts(NamedTuple):
+    """Objects on N belts, at P places each."""
+
+    objects: Rows2[Objects]
+    """The objects (N, P)."""
+    fill: Floats3
+    """Their draws of the content of each bin (N, P, B)."""
+    x: Floats2
+    """Their positions along the belt (N, P) [m]."""
+    knocked: Bools2
+    """Whether each object was knocked (N, P)."""
+
+
+class Carried(NamedTuple):
+    """N objects that hands carry."""
+
+    shape: Ints1
+    """Indices in `items.SHAPES` (N,)."""
+    size: Floats2
+    """Extents (N, 3) [m]."""
+    yaw: Floats1
+    """Yaws (N,) [rad]."""
+    start: Floats2
+    """Picks (N, 3), which are above the objects' middles [m]."""
+    way: Floats3
+    """Displacements in the belt's frame (N, M, 3) [m]."""
+
+
+class Neighbours(NamedTuple):
+    """K neighbours of each of N carried objects."""
+
+    shape: Ints2
+    """Indices in `items.SHAPES` (N, K)."""
+    size: Floats3
+    """Extents (N, K, 3) [m]."""
+    yaw: Floats2
+    """Yaws (N, K) [rad]."""
+    place: Floats3
+    """Middles at the lift (N, K, 2) [m]."""
 
 
 @final
@@ -103,36 +182,139 @@ class BeltStream:
         yaw = np.concatenate([stored.rows["yaw"][rows, -1], new.yaw])
         has_extent = np.full(len(yaw), self._belt.gap == "edge")
         has_extent[: len(rows)] &= not is_empty
-        ride = sweep.Ride(*in_order(rows, picked, gone, way))
-        belts = sweep.Belts(stored.rows, stored.fill, self.x, self.knocked)
-        newcomers = sweep.Newcomers(*in_order(new.rows, new.fill, np.cos(yaw), np.sin(yaw), has_extent))
-        sweep.move_belts(ride, newcomers, PASSED_PLACES, belts)
+        ride = Ride(*in_order(rows, picked, gone, way))
+        belts = Belts(stored.rows, stored.fill, self.x, self.knocked)
+        newcomers = Newcomers(*in_order(new.rows, new.fill, np.cos(yaw), np.sin(yaw), has_extent))
+        move_belts(ride, newcomers, PASSED_PLACES, belts)
         self.objects = Objects(stored.rows, stored.fill)
 
 
-def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
-    """Displacements of carried objects from their places on the belt, in the belt's frame (N, M, 3) [m].
+class Outline(NamedTuple):
+    """One outline in top view: an ellipse or a rectangle, its two extents [m] and its yaw [rad]."""
+
+    is_ellipse: bool
+    length: float
+    width: float
+    yaw: float
+
+
+@kernel_part
+def _half_extent(is_ellipse: bool, length: float, width: float, cosine: float, sine: float) -> float:
+    """Half extent of an outline along a direction that is turned from its length, as `objects.records.half_extent`."""
+    along, across = 0.5 * length * abs(cosine), 0.5 * width * abs(sine)
+    return math.sqrt(along * along + across * across) if is_ellipse else along + across
+
+
+@kernel_part
+def _half_length(object_: Any, cosine: float, sine: float) -> float:
+    """Half extent along the belt of an object, by cosine and sine of its yaw."""
+    return _half_extent(object_.shape == ELLIPSOID, object_.size[0], object_.size[1], cosine, sine)
+
+
+@kernel
+def move_belts(ride: Ride, new: Newcomers, passed: int, belts: Belts) -> None:
+    """Move belts on, in place: remove picked objects and the first ones of each belt, and append new objects.
+
+    `passed` is the number of places before the queue.
+    """
+    objects, fill, x, knocked = belts
+    first = 0
+    for k in range(len(ride.rows)):
+        row, picked, gone, way, places = ride.rows[k], passed + ride.picked[k], ride.gone[k], ride.way[k], x.shape[1]
+        count = gone + (1 if picked < places else 0)
+        kept, position = places - count, x[row, places - 1] + way
+        before = _half_length(objects[row, places - 1], new.cosine[k], new.sine[k]) if new.has_extent[k] else 0.0
+        for place in range(kept):
+            old = place + gone
+            old += 1 if old >= picked else 0
+            objects[row, place], fill[row, place] = objects[row, old], fill[row, old]
+            x[row, place], knocked[row, place] = x[row, old] + way, knocked[row, old]
+        distance = 0.0
+        for n in range(count):
+            newcomer, last = new.objects[first + n], len(ride.rows) + first + n
+            objects[row, kept + n], fill[row, kept + n] = newcomer, new.fill[first + n]
+            half = _half_length(newcomer, new.cosine[last], new.sine[last]) if new.has_extent[last] else 0.0
+            distance += newcomer.draws.gap + before + half
+            x[row, kept + n], knocked[row, kept + n], before = position - distance, False, half
+        first += count
+
+
+@kernel
+def course(table: Rows2[Knot], pick: Floats2, free_at: Floats1, speed: float) -> Floats3:
+    """Displacements of N objects under hands, then in flight, from the belt's moving surface (N, M, 3) [m].
 
     Args:
-        motion: motion of the hands.
+        table: paths of the hands (N, R), see `planning.motion.kernel.lay_out`.
+        pick: positions of the hands at time 0 (N, 3) [m].
         free_at: times of the releases, after which the objects fly without air (N,) [s].
-        speed: speed of the belt [m/s].
+        speed: speed of the belt along x [m/s].
     """
-    times = np.arange(0.0, float(free_at.max(initial=0.0)) + CHECK_AFTER_RELEASE, CHECK_INTERVAL)
-    inputs = in_order(motion.path.table, motion.pick, free_at, times)
-    return sweep.course(*inputs, CHECK_AFTER_RELEASE, speed)
+    last = 0.0
+    for row in range(len(free_at)):
+        last = max(last, free_at[row])
+    moments = math.ceil((last + CHECK_AFTER_RELEASE) / CHECK_INTERVAL)
+    way = np.empty((len(free_at), moments, 3))
+    for row in range(len(way)):
+        place = 0
+        for k in range(moments):
+            held = min(k * CHECK_INTERVAL, free_at[row])
+            place = row_at(table[row], held, place)
+            # Long after the release the object is where it was at the end of the checks.
+            time = min(k * CHECK_INTERVAL, free_at[row] + CHECK_AFTER_RELEASE)
+            since = time - min(time, free_at[row])
+            for axis in range(3):
+                position, velocity, _ = motion_in(table[row, place], held, axis)
+                way[row, k, axis] = position - pick[row, axis] + since * velocity
+            way[row, k, 2] -= 0.5 * GRAVITY * (since * since)
+            way[row, k, 0] -= speed * time
+    return way
 
 
-def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: Footprints, place: Floats) -> Bools:
-    """Whether each of N carried objects sweeps through each of K others (N, K).
+@kernel_part
+def _overlap_along(first: Outline, second: Outline, x: float, y: float, heading: float) -> bool:
+    """Whether the projections of two outlines on a direction overlap, for the distance x, y of their middles [m]."""
+    turned = heading - first.yaw
+    reach = _half_extent(first.is_ellipse, first.length, first.width, math.cos(turned), math.sin(turned))
+    turned = heading - second.yaw
+    reach += _half_extent(second.is_ellipse, second.length, second.width, math.cos(turned), math.sin(turned))
+    return abs(x * math.cos(heading) + y * math.sin(heading)) < reach
 
-    Args:
-        carried: the N carried objects.
-        start: middles of the carried objects on the belt (N, 2) [m].
-        way: displacements of the carried objects in the belt's frame (N, M, 3) [m].
-        neighbours: the other objects (N, K).
-        place: middles of the other objects at the lift (N, K, 2) [m].
-    """
-    outlines = sweep.Carried(*in_order(carried.shape, carried.size, carried.yaw, start, way))
-    others = sweep.Neighbours(*in_order(neighbours.shape, neighbours.size, neighbours.yaw, place))
-    return sweep.sweeps_through(outlines, others)
+
+@kernel_part
+def _overlap(first: Outline, second: Outline, x: float, y: float) -> bool:
+    """Whether two outlines overlap, for the distance x, y of their middles [m]."""
+    for yaw in (first.yaw, second.yaw, first.yaw + 0.5 * math.pi, second.yaw + 0.5 * math.pi):
+        if not _overlap_along(first, second, x, y, yaw):
+            return False
+    k = 0
+    while k < HEADINGS and _overlap_along(first, second, x, y, k * math.pi / HEADINGS):
+        k += 1
+    return k == HEADINGS
+
+
+@kernel_part
+def _outer_radius(outline: Outline) -> float:
+    """Radius of a circle around an outline [m]."""
+    return 0.5 * math.sqrt(outline.length * outline.length + outline.width * outline.width)
+
+
+@kernel
+def sweeps_through(carried: Carried, others: Neighbours) -> Bools2:
+    """Whether each of N carried objects sweeps through each of K others on its way (N, K)."""
+    count, around = others.shape.shape
+    collides = np.zeros((count, around), np.bool_)
+    for row in range(count):
+        size, start, way = carried.size[row], carried.start[row], carried.way[row]
+        outline = Outline(carried.shape[row] == ELLIPSOID, size[0], size[1], carried.yaw[row])
+        for k in range(around):
+            size, place = others.size[row, k], others.place[row, k]
+            neighbour, tall = Outline(others.shape[row, k] == ELLIPSOID, size[0], size[1], others.yaw[row, k]), size[2]
+            reach = _outer_radius(outline) + _outer_radius(neighbour)
+            for moment in range(len(way)):
+                # Most of the time a hand is above all objects.
+                if -BESIDE_DEPTH < way[moment, 2] < tall:
+                    x, y = place[0] - start[0] - way[moment, 0], place[1] - start[1] - way[moment, 1]
+                    if x * x + y * y < reach * reach and _overlap(outline, neighbour, x, y):
+                        collides[row, k] = True
+                        break
+    return collides

@@ -1,5 +1,1 @@
 """The suction cup: whether it seals and holds, how its lip bends, and how an object leaves it."""
-
-from pnt_gym.deferred import defer
-
-defer(__name__, "kernel")

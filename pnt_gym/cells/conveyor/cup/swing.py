@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, in_order
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base import freefall
 from pnt_gym.cells.base.airborne import STATE, Body, Hanging, Pivot
+from pnt_gym.cells.base.bodies import turn_back
 from pnt_gym.cells.base.items import CYLINDER
-from pnt_gym.cells.base.rotations import turn_back
-from pnt_gym.cells.conveyor.config import LIP_GAP, LIP_LENGTH, ConveyorConfig
+from pnt_gym.cells.conveyor.config import LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup import kernel as cup_kernel
-from pnt_gym.cells.conveyor.cup.clearance import Bodies
+from pnt_gym.cells.conveyor.cup.clearance import Bodies, components, extent_along, up_axis
 from pnt_gym.cells.conveyor.cup.hold import Parting
-from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.planning.motion.trajectory import Samples
-from pnt_gym.rows import Floats3, Ints1, Rows1
+from pnt_gym.rows import Bools1, Floats1, Floats2, Floats3, Ints1, Rows1
 
 LARGEST_PHASE: Final = 0.5
 """Largest phase of a swing in a step [rad]; the stiffness of a lip is limited to that of this phase.
@@ -30,6 +30,8 @@ TWIST_RATIO: Final = 0.5
 """Damping ratio about the vertical axis, about which the lip is stiff."""
 CONTACT_DEPTH: Final = 0.001
 """Depth in the belt beyond which an object under its cup has touched the belt [m]."""
+TILT_COSINE = 0.5
+"""Cosine of the tilt beyond which an object under its cup is simulated by the engine."""
 
 
 @final
@@ -112,25 +114,91 @@ def swing_objects(
     freefall.swing_down(
         state, lips, np.concatenate([moves[:, 0], moves[:, 1]], axis=2), release, config.timestep, stride, attitudes
     )
-    swing, floor = Swing(*in_order(attitudes, motion.position, release), stride), config.belt.height - CONTACT_DEPTH
-    arm, middle = in_order(context.arm, _middle(o))
-    unsure = cup_kernel.find_solid(Bodies.of(o), arm, middle, swing, LIP_LENGTH, floor)
-    return cup_kernel.part_objects(state, arm, Parting(*in_order(*hanging)), *in_order(cosine, sine), unsure)
-
-
-def _middle(objects: Objects) -> Floats:
-    """Heights of the bodies' middles above the centres of mass of objects that hang at rest (N,) [m]."""
-    return objects.com_depth - LIP_GAP - objects.size[:, 2] / 2.0
+    swing, floor = Swing(attitudes, motion.position, release, stride), config.belt.height - CONTACT_DEPTH
+    unsure = find_solid(Bodies.of(o), context.arm, o.middle, swing, LIP_LENGTH, floor)
+    return part_objects(state, context.arm, hanging, cosine, sine, unsure)
 
 
 def body_constants(context: Context) -> Rows1[Body]:
     """The objects of N picks as bodies in the air."""
     o, body = context.objects, Body.empty(len(context.pick))
-    body["mass"], body["inertia"], body["height"] = o.mass, o.inertia, _middle(o)
+    body["mass"], body["inertia"], body["height"] = o.mass, o.inertia, o.middle
     # The semi-axes of a cylinder along its geom's axes: its radius twice, and half its length.
-    size, lies = o.placement.size, (o.shape == CYLINDER)[:, None]
-    body["attitude"], body["semi_axes"] = o.placement.quat, np.where(lies, size[:, [0, 0, 1]], size)
-    for name, column in zip(("interacts", "blunt", "slender", "angular", "kutta", "magnus"), o.fluid.T, strict=False):
+    geoms, fluid, lies = o.model.placement, o.model.fluid, (o.shape == CYLINDER)[:, None]
+    size = geoms.size
+    body["attitude"], body["semi_axes"] = geoms.quat, np.where(lies, size[:, [0, 0, 1]], size)
+    for name, column in zip(("interacts", "blunt", "slender", "angular", "kutta", "magnus"), fluid.T, strict=False):
         body[name] = column
-    body["virtual_mass"], body["virtual_inertia"] = o.fluid[:, 6:9], o.fluid[:, 9:]
+    body["virtual_mass"], body["virtual_inertia"] = fluid[:, 6:9], fluid[:, 9:]
     return body
+
+
+@kernel_part
+def _rotate(rotation: Floats, a: float, b: float, c: float) -> tuple[float, float, float]:
+    """A vector (a, b, c) turned by a unit quaternion (4,)."""
+    w, x, y, z = rotation[0], rotation[1], rotation[2], rotation[3]
+    p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return a + w * p + (y * r - z * q), b + w * q + (z * p - x * r), c + w * r + (x * q - y * p)
+
+
+@kernel
+def part_objects(
+    state: Floats2, arm: Floats2, hanging: Parting, cosine: Floats1, sine: Floats1, unsure: Bools1
+) -> Parting:
+    """Releases of objects that have swung under their cups.
+
+    Args:
+        state: states in the axes in which the objects hang at rest (N, STATE).
+        arm: centres of mass relative to the tips, in the objects' axes at rest (N, 3) [m].
+        hanging: releases of the objects at rest, to whose velocities those of the swing are added.
+        cosine: cosines of the objects' yaw (N,).
+        sine: sines of the objects' yaw (N,).
+        unsure: which objects touched something solid (N,).
+    """
+    velocities, rates = hanging.velocity.copy(), hanging.rate + state[:, 10:13]
+    centres, attitudes = np.empty(velocities.shape), np.empty(hanging.attitude.shape)
+    for row in range(len(state)):
+        turn, cos, sin = state[row, 3:7], cosine[row], sine[row]
+        centre, velocity, attitude, rest = centres[row], velocities[row], attitudes[row], hanging.attitude[row]
+        a, b, c = components(arm[row])
+        x, y, z = _rotate(turn, a, b, c)
+        centre[0], centre[1], centre[2] = cos * x - sin * y, cos * y + sin * x, z
+        p, q, r = components(state[row, 10:])
+        # The velocity of the centre of mass about the tip, omega x r, in the world's axes.
+        x, y, z = _rotate(turn, q * c - r * b, r * a - p * c, p * b - q * a)
+        velocity[0] += cos * x - sin * y
+        velocity[1] += cos * y + sin * x
+        velocity[2] += z
+        # Hamilton's product of the attitude at rest and the turn.
+        w, a, b, c = rest[0], rest[1], rest[2], rest[3]
+        v, x, y, z = turn[0], turn[1], turn[2], turn[3]
+        attitude[0] = w * v - (a * x + b * y + c * z)
+        attitude[1] = w * x + v * a + (b * z - c * y)
+        attitude[2] = w * y + v * b + (c * x - a * z)
+        attitude[3] = w * z + v * c + (a * y - b * x)
+    return Parting(centres, velocities, attitudes, rates, hanging.push, unsure)
+
+
+@kernel
+def find_solid(objects: Bodies, arm: Floats2, middle: Floats1, swing: Swing, lip: float, floor: float) -> Bools1:
+    """Which swinging objects touch the belt or the solid part of their cups before their release (N,).
+
+    Args:
+        objects: the N objects.
+        arm: centres of mass relative to the tips, in the objects' axes at rest (N, 3) [m].
+        middle: heights of the bodies' middles above the centres of mass, at rest (N,) [m].
+        swing: the swing.
+        lip: length of the cups' lips [m].
+        floor: height below which an object touches the belt [m].
+    """
+    touched = np.zeros(len(arm), np.bool_)
+    for row in range(len(touched)):
+        for k in range(swing.attitude.shape[1]):
+            a, b, upright = up_axis(swing.attitude[row, k])
+            below = arm[row, 0] * a + arm[row, 1] * b + (arm[row, 2] + middle[row]) * upright
+            tip = swing.hand[row, min(k * swing.stride, swing.steps[row]), 2]
+            low = tip + below - extent_along(objects.shape[row], objects.extents[row], a, b, upright)
+            tilt = math.sqrt(max(1.0 - upright * upright, 0.0))
+            steep = objects.radius[row] * tilt > lip or upright < TILT_COSINE
+            touched[row] = touched[row] or steep or low < floor
+    return touched

@@ -24,7 +24,7 @@ from pnt_gym.planning.free.legs import Departure, return_leg, throw_leg
 from pnt_gym.planning.free.release import free_releases, greatest_height, turning_point
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.ballistics import flight_time
-from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.scurve import accelerate, brake, brake_distance, coast
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
@@ -54,7 +54,7 @@ class FreeMover(Mover):
             workspace=workspace,
         )
 
-    def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
+    def plan(self, pick: Floats, target: Floats, limits: LimitRows, ceiling: Floats) -> ReleaseBatch:
         """The quickest feasible release of a grid of choices, or the straight throw where there is none."""
         # The next pick is not known yet, so the release must leave room for any return.
         free = free_releases(pick, target, limits, ceiling=ceiling, rules=self.rules)
@@ -78,7 +78,7 @@ class FreeMover(Mover):
         """Reserves of straight throws (N,) [m]."""
         return self._straight.reserve(release)
 
-    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
+    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: LimitRows) -> Bools:
         """Which throws have a plan and leave the hand room to turn back inside the workspace."""
         has_plan = release.feasible[:, None]
         velocity = np.where(has_plan, release.velocity, 0.0)
@@ -88,7 +88,7 @@ class FreeMover(Mover):
         good = release.feasible & inside(pick) & inside(position) & inside(turn)
         return np.where(release.straight, self._straight.is_feasible(pick, release, limits), good)
 
-    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: LimitRows, ceiling: Floats) -> ThrowMotion:
         """Motions to the release and through the window at constant velocity."""
         roof = greatest_height(ceiling, self.rules)
         curved = throw_leg(pick, release.position, release.velocity, limits, roof).segments
@@ -108,14 +108,14 @@ class FreeMover(Mover):
         )
         return ThrowMotion(rows, concatenate_records([way, coast(window)], axis=1))
 
-    def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
+    def back(self, motion: ThrowMotion, next_pick: Floats, limits: LimitRows) -> Segments:
         """Returns through the top of the approach without a stop where that keeps the rules, otherwise with a stop."""
         moves, down = return_leg(_departure(motion), next_pick, limits, motion.roof, self.rules)
         returns = _join_padded([moves.segments, down])
         good = moves.feasible & self._keeps(motion, returns, next_pick, limits)
         return recompute_rows(returns, ~good, self._back_with_stop, motion, next_pick, limits)
 
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: LimitRows) -> Meeting:
         """The earliest meetings, without a stop where that is possible."""
         low, high = self._belt.pick_x
         meetings = self._in_flight(motion, place, limits, None)
@@ -123,7 +123,7 @@ class FreeMover(Mover):
         inside = (meetings.position[:, 0] >= low - 1e-9) & (meetings.position[:, 0] <= high)
         return recompute_rows(meetings, ~(meetings.feasible & inside), self._with_stop, motion, place, limits)
 
-    def _in_flight(self, motion: ThrowMotion, place: Floats, limits: Limits, arrival: Floats | None) -> Meeting:
+    def _in_flight(self, motion: ThrowMotion, place: Floats, limits: LimitRows, arrival: Floats | None) -> Meeting:
         """Meetings without a stop, not before `arrival` (N,) [s] if given."""
         drift = np.zeros_like(place)
         drift[:, 0] = self._belt.speed
@@ -139,13 +139,13 @@ class FreeMover(Mover):
         good = moves.feasible & self._keeps(motion, back, position, limits)
         return Meeting.at(position, time, np.zeros(len(time)), good, back)
 
-    def _at_border(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def _at_border(self, motion: ThrowMotion, place: Floats, limits: LimitRows) -> Meeting:
         """Meetings at the window's border, for hands that arrive before the object: by a wait or a slower return."""
         enters = (self._belt.pick_x[0] - place[:, 0]) / self._belt.speed
         meetings = self._wait_at_border(motion, place, limits, enters)
         return recompute_rows(meetings, ~meetings.feasible, self._in_flight, motion, place, limits, enters)
 
-    def _wait_at_border(self, motion: ThrowMotion, place: Floats, limits: Limits, enters: Floats) -> Meeting:
+    def _wait_at_border(self, motion: ThrowMotion, place: Floats, limits: LimitRows, enters: Floats) -> Meeting:
         """Meetings at the border of the window when the objects enter it (N,) [s], after a stop above that point."""
         position = place.copy()
         position[:, 0] = self._belt.pick_x[0]
@@ -157,13 +157,13 @@ class FreeMover(Mover):
         durations[:, PIECES] = wait
         return Meeting.at(position, enters, wait, good, back._replace(durations=durations))
 
-    def _hover(self, motion: ThrowMotion, next_pick: Floats, limits: Limits, wait: Floats) -> tuple[Segments, Bools]:
+    def _hover(self, motion: ThrowMotion, next_pick: Floats, limits: LimitRows, wait: Floats) -> tuple[Segments, Bools]:
         """Returns with a stop and a wait (N,) [s] above the next pick, and which of them keep the rules."""
         moves, down = return_leg(_departure(motion), next_pick, limits, motion.roof, self.rules, hover=True)
         back = _join_padded([moves.segments, coast(wait), down])
         return back, moves.feasible & self._keeps(motion, back, next_pick, limits)
 
-    def _with_stop(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def _with_stop(self, motion: ThrowMotion, place: Floats, limits: LimitRows) -> Meeting:
         """Meetings of hands that brake, move straight above the pick, wait, and go down."""
         halt, halted_motion = self._halt(motion, limits)
         time = halt.durations.sum(axis=1)
@@ -171,21 +171,21 @@ class FreeMover(Mover):
         meetings, back = self._straight.meet(halted_motion, place + belt * time[:, None], limits)
         return meetings.replace(time=meetings.time + time, back=_join_padded([halt, back]))
 
-    def _back_with_stop(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
+    def _back_with_stop(self, motion: ThrowMotion, next_pick: Floats, limits: LimitRows) -> Segments:
         """Returns with a stop above the next pick, or where that breaks a rule, straight after a stop at once."""
         hovered, good = self._hover(motion, next_pick, limits, np.zeros(len(next_pick)))
         halt, halted_motion = self._halt(motion, limits)
         straight = _join_padded([halt, self._straight.back(halted_motion, next_pick, limits)])
         return replace_rows(straight, good, take(hovered, good))
 
-    def _halt(self, motion: ThrowMotion, limits: Limits) -> tuple[Segments, ThrowMotion]:
+    def _halt(self, motion: ThrowMotion, limits: LimitRows) -> tuple[Segments, ThrowMotion]:
         """Braking along the release velocity, and the motion that ends at rest after it."""
         speed = length(motion.velocity)
         ahead = motion.velocity / np.maximum(speed, 1e-12)[:, None]
         stop = motion.stop + ahead * brake_distance(speed, limits)[:, None]
         return brake(ahead, speed, limits), ThrowMotion.resting(stop)
 
-    def _keeps(self, motion: ThrowMotion, back: Segments, next_pick: Floats, limits: Limits) -> Bools:
+    def _keeps(self, motion: ThrowMotion, back: Segments, next_pick: Floats, limits: LimitRows) -> Bools:
         """Which returns keep the limits and the rules of the hand (N,)."""
         path = JerkTrajectory(motion.stop, back.durations, back.jerks, motion.velocity)
         low = np.minimum(motion.stop[:, 2], next_pick[:, 2])
@@ -203,7 +203,7 @@ class FreeMover(Mover):
         position: Floats,
         velocity: Floats,
         flight: Floats,
-        limits: Limits,
+        limits: LimitRows,
         ceiling: Floats,
     ) -> ReleaseBatch:
         """Releases as a `ReleaseBatch`; feasible where `throw_leg` has a motion to the release."""
@@ -241,10 +241,10 @@ class FlyingMover(FreeMover):
         super().__init__(config, workspace)
         self.rules = replace(self.rules, clear_distance=0.0)
 
-    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: LimitRows, ceiling: Floats) -> ThrowMotion:
         """Motions along the line from pick to release, through the window, and down to a speed below the limit."""
         motion = super().throw(pick, release, limits, ceiling)
-        largest, _, jerk = limits.arrays(len(pick))
+        largest, _, jerk = limits
         excess = np.maximum(release.speed - BELOW_LIMIT * largest, 0.0)
         # The jerk falls for this time and rises for the same time, which takes the excess off the speed.
         half = np.sqrt(excess / jerk)
@@ -258,7 +258,7 @@ class FlyingMover(FreeMover):
             velocity=(release.speed - excess)[:, None] * release.direction,
         )
 
-    def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
+    def plan(self, pick: Floats, target: Floats, limits: LimitRows, ceiling: Floats) -> ReleaseBatch:
         """Minimum-time releases on straight lines."""
         return self._straight.plan(pick, target, limits, ceiling)
 
@@ -270,7 +270,7 @@ class FlyingMover(FreeMover):
         """Releases of the straight throw at given points."""
         return self._straight.release_at(context, point)
 
-    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
+    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: LimitRows) -> Bools:
         """Which straight throws have a plan and could stop inside the workspace."""
         return self._straight.is_feasible(pick, release, limits)
 

@@ -20,7 +20,7 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.kernel import strokes
-from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.motion.rows import Segments
 from pnt_gym.planning.motion.scurve import coast, rest_to_rest
 from pnt_gym.planning.paths.arcs import PIECES, arc_segments
@@ -44,7 +44,7 @@ class HorizontalMover(StraightMover):
         lift = config.motion.model_copy(update={"clearance": config.motion.ceiling})
         super().__init__(config.model_copy(update={"motion": lift}), workspace)
 
-    def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
+    def plan(self, pick: Floats, target: Floats, limits: LimitRows, ceiling: Floats) -> ReleaseBatch:
         """Horizontal releases at the height of the ceiling."""
         return _after_lift(pick, release_at_elevation(_at_height(pick, ceiling), target, limits, 0.0), limits)
 
@@ -58,7 +58,7 @@ class HorizontalMover(StraightMover):
         start = _at_height(pick, point[:, 2])
         return _after_lift(pick, release_at_point(start, point, limits, plane_z=context.target[:, 2]), limits)
 
-    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
+    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: LimitRows) -> Bools:
         """Which throws have a plan and stay inside the workspace until the hand has stopped."""
         start = _lift_points(pick, release)
         good = super().is_feasible(start, release, limits)
@@ -74,7 +74,7 @@ class HorizontalMover(StraightMover):
         """None: the compiled choice is of throws without a lift."""
         return None
 
-    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: LimitRows, ceiling: Floats) -> ThrowMotion:
         """Motions up, along the horizontal line to the release, through the window, and to a stop on that line."""
         start = _lift_points(pick, release)
         up, motion = rest_to_rest(start - pick, limits), super().throw(start, release, limits, ceiling)
@@ -102,7 +102,7 @@ class PlacingMover(Mover):
         self.rim = config.bins.rim
 
     @abstractmethod
-    def over(self, start: Floats, end: Floats, heights: tuple[Floats, Floats], limits: Limits) -> Segments:
+    def over(self, start: Floats, end: Floats, heights: tuple[Floats, Floats], limits: LimitRows) -> Segments:
         """Motions from rest to rest, vertical at both ends.
 
         Args:
@@ -126,7 +126,7 @@ class PlacingMover(Mover):
             over_rims: height at which the hand, or the object that it carries, is clear of the rims (N,) [m].
         """
 
-    def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
+    def plan(self, pick: Floats, target: Floats, limits: LimitRows, ceiling: Floats) -> ReleaseBatch:
         """Releases at rest over the bins' middles, with the object's lowest point `over_rim` above the rim."""
         return self._release_at_rest(
             pick, _at_height(target, target[:, 2] + self.rules.over_rim + self._hang(pick)), limits
@@ -144,12 +144,12 @@ class PlacingMover(Mover):
         """The reserve of the config's placing rules, for all releases (N,) [m]."""
         return np.full(len(release.speed), self.rules.reserve)
 
-    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
+    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: LimitRows) -> Bools:
         """Which releases have a plan whose motion stays inside the workspace."""
         place = np.where(release.feasible[:, None], release.position, pick)
         return release.feasible & self._inside(pick, place)
 
-    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: LimitRows, ceiling: Floats) -> ThrowMotion:
         """Motions to the place of the release, with the window at rest there."""
         way = self._carry(pick, release.position, limits)
         time, window = way.durations.sum(axis=1), np.full(len(pick), self._window)
@@ -164,12 +164,12 @@ class PlacingMover(Mover):
         )
         return ThrowMotion(rows, concatenate_records([way, coast(window)], axis=1))
 
-    def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
+    def back(self, motion: ThrowMotion, next_pick: Floats, limits: LimitRows) -> Segments:
         """Motions to the next pick with an empty cup."""
         near, far = self.heights(next_pick, motion.stop, np.full(len(next_pick), self.rim + self.rules.clear))
         return self.over(motion.stop, next_pick, (far, near), limits)
 
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: LimitRows) -> Meeting:
         """The earliest meetings, by false position between the times at which objects enter and leave the window."""
         low, high = self._belt.pick_x
 
@@ -192,7 +192,7 @@ class PlacingMover(Mover):
         """Extents of objects below the planner's points (N,) [m]: at the pick the object lies on the belt."""
         return pick[:, 2] - self._belt.height
 
-    def _carry(self, pick: Floats, place: Floats, limits: Limits) -> Segments:
+    def _carry(self, pick: Floats, place: Floats, limits: LimitRows) -> Segments:
         """Motions to the place with objects under the cups."""
         return self.over(pick, place, self._carry_heights(pick, place), limits)
 
@@ -204,7 +204,7 @@ class PlacingMover(Mover):
         top, inside = self.top(self._carry_heights(pick, place)), self._workspace.contains
         return inside(pick) & inside(place) & inside(_at_height(pick, top)) & inside(_at_height(place, top))
 
-    def _release_at_rest(self, pick: Floats, place: Floats, limits: Limits) -> ReleaseBatch:
+    def _release_at_rest(self, pick: Floats, place: Floats, limits: LimitRows) -> ReleaseBatch:
         """Releases at rest; infeasible where the hand does not reach the place."""
         way = _at_height(place - pick, np.zeros(len(pick)))
         is_distant = length(way) > MIN_REACH
@@ -228,7 +228,7 @@ class PlacingMover(Mover):
 class PlaceMover(PlacingMover):
     """Straight up, level across, straight down, with a stop at every corner (Hassan et al. 2022, IV-B1)."""
 
-    def over(self, start: Floats, end: Floats, heights: tuple[Floats, Floats], limits: Limits) -> Segments:
+    def over(self, start: Floats, end: Floats, heights: tuple[Floats, Floats], limits: LimitRows) -> Segments:
         """Motions up, across and down: 21 segments."""
         return rectangle_segments(start, end, self.top(heights), limits)
 
@@ -249,7 +249,7 @@ class EllipseMover(PlacingMover):
     acceleration of a moving hand.
     """
 
-    def over(self, start: Floats, end: Floats, heights: tuple[Floats, Floats], limits: Limits) -> Segments:
+    def over(self, start: Floats, end: Floats, heights: tuple[Floats, Floats], limits: LimitRows) -> Segments:
         """Motions up, over an ellipse and down; and as a rectangle where the way is shorter than `SMALLEST_ELLIPSE`."""
         first, last = _at_height(start, heights[0]), _at_height(end, heights[1])
         top, columns = self.top(heights), PIECES + 14
@@ -258,7 +258,7 @@ class EllipseMover(PlacingMover):
         wide = np.flatnonzero(np.sqrt(way[:, 0] ** 2 + way[:, 1] ** 2) >= SMALLEST_ELLIPSE)
         if wide.size == 0:
             return motions
-        wide_limits = take(limits.arrays(len(start)), wide)
+        wide_limits = take(limits, wide)
         up, down = rest_to_rest((first - start)[wide], wide_limits), rest_to_rest((end - last)[wide], wide_limits)
         arc = arc_segments(way[wide], (top - first[:, 2])[wide], wide_limits)
         return replace_rows(motions, wide, concatenate_records([up, arc, down], axis=1))
@@ -278,7 +278,7 @@ def is_at_rest(release: ReleaseBatch) -> Bools:
     return release.feasible & (release.speed == 0.0)
 
 
-def rectangle_segments(start: Floats, end: Floats, top: Floats, limits: Limits) -> Segments:
+def rectangle_segments(start: Floats, end: Floats, top: Floats, limits: LimitRows) -> Segments:
     """Motions straight up to a height (N,) [m], horizontal, and straight down, each from rest to rest: 21 segments."""
     first, last = _at_height(start, top), _at_height(end, top)
     moves = [rest_to_rest(way, limits) for way in (first - start, last - first, end - last)]
@@ -316,10 +316,10 @@ def _at_height(points: Floats, height: Floats) -> Floats:
     return np.concatenate([points[:, :2], height[:, None]], axis=1)
 
 
-def _after_lift(pick: Floats, release: ReleaseBatch, limits: Limits) -> ReleaseBatch:
+def _after_lift(pick: Floats, release: ReleaseBatch, limits: LimitRows) -> ReleaseBatch:
     """Releases with the time of the lift added, for throws that begin above the picks."""
     rise = np.abs(_lift_points(pick, release)[:, 2] - pick[:, 2])
-    time = release.time + strokes(rise, limits.arrays(len(pick)))["time"]
+    time = release.time + strokes(rise, limits)["time"]
     return release.replace(time=time, straight=np.zeros(len(pick), dtype=np.bool_))
 
 

@@ -14,26 +14,20 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, in_order, take
+from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.planning.motion.hunt import meet
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.kernel import go_back
-from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, Space
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Space
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.rows import Hunt, Intercept, Segments
 from pnt_gym.planning.motion.scurve import coast
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
-from pnt_gym.planning.straight.kernel import throw_motions
+from pnt_gym.planning.straight.kernel import choose_targets, stops_inside, throw_motions
 from pnt_gym.planning.straight.plan import ReleaseBatch, TargetChoice
-from pnt_gym.planning.straight.release import (
-    aim_lines,
-    choose_targets,
-    plan_release_batch,
-    release_at_point,
-    stops_inside,
-)
+from pnt_gym.planning.straight.release import aim_lines, plan_release_batch, release_at_point
 from pnt_gym.planning.straight.rows import StopRules
 from pnt_gym.rows import Columns, Triple, field
 
@@ -113,7 +107,7 @@ class Mover(ABC):
     """
 
     @abstractmethod
-    def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
+    def plan(self, pick: Floats, target: Floats, limits: LimitRows, ceiling: Floats) -> ReleaseBatch:
         """Nominal releases for picks and targets (N, 3), below the ceilings (N,) [m]."""
 
     @abstractmethod
@@ -132,7 +126,7 @@ class Mover(ABC):
         """Distances by which targets may move along the throw with a feasible plan, for accepted releases (N,) [m]."""
 
     @abstractmethod
-    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
+    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: LimitRows) -> Bools:
         """Which releases the robot can execute (N,)."""
 
     def accepts(self, context: Context, shift: Floats | None) -> Bools:
@@ -153,26 +147,26 @@ class Mover(ABC):
         return None
 
     @abstractmethod
-    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: LimitRows, ceiling: Floats) -> ThrowMotion:
         """Motions from the pick through feasible releases to the points where the return begins."""
 
     @abstractmethod
-    def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
+    def back(self, motion: ThrowMotion, next_pick: Floats, limits: LimitRows) -> Segments:
         """Motions from the end of a throw to next picks (N, 3) [m], which end at rest."""
 
     @abstractmethod
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: LimitRows) -> Meeting:
         """The earliest meetings with objects on the belt.
 
         `place` (N, 3) [m] are the pick points of the objects at the moment when the throw ends.
         """
 
-    def approach(self, motion: ThrowMotion, meeting: Meeting, limits: Limits) -> Segments:
+    def approach(self, motion: ThrowMotion, meeting: Meeting, limits: LimitRows) -> Segments:
         """Motions from the end of a throw to meetings as of `reach`."""
         assert meeting.back is not None
         return meeting.back
 
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> tuple[Meeting, Segments]:
+    def meet(self, motion: ThrowMotion, place: Floats, limits: LimitRows) -> tuple[Meeting, Segments]:
         """The earliest meetings as `reach`, and the motions as `approach`."""
         meeting = self.reach(motion, place, limits)
         return meeting, self.approach(motion, meeting, limits)
@@ -194,7 +188,7 @@ class StraightMover(Mover):
         self._rules = StopRules(follow.window, follow.gravity_share or 0.0, config.motion.reserve)
         self._space = Space.of(workspace)
 
-    def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
+    def plan(self, pick: Floats, target: Floats, limits: LimitRows, ceiling: Floats) -> ReleaseBatch:
         """Minimum-time releases: the exact optimum of the problem in Hassan et al. 2022."""
         return plan_release_batch(pick, target, limits, ceiling=ceiling)
 
@@ -217,44 +211,47 @@ class StraightMover(Mover):
         """The reserve of the config, for all releases (N,) [m]."""
         return np.full(len(release.speed), self._rules.reserve)
 
-    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
+    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: LimitRows) -> Bools:
         """Which throws have a plan and stay inside the workspace until the hand has stopped."""
-        return stops_inside(pick, release.position, limits.arrays(len(pick)), release, self._rules, self._space)
+        shift = np.zeros_like(pick)
+        return stops_inside(pick, release.position, limits, release.rows, shift, self._rules, self._space)
 
     def accepts(self, context: Context, shift: Floats | None) -> Bools:
         """Which nominal plans stay inside the workspace, also at the same elevation to moved targets."""
-        limits, moves = context.throw_limits.arrays(len(context.pick)), None if shift is None else shift[:, :2]
-        return stops_inside(context.pick, context.target, limits, context.plan, self._rules, self._space, moves)
+        pick, shift = context.pick, np.zeros_like(context.pick) if shift is None else shift
+        releases, limits = context.plan.rows, context.throw_limits
+        return stops_inside(pick, context.target, limits, releases, shift, self._rules, self._space)
 
     def choose_targets(
         self, pick: Floats, targets: Floats, limits: LimitRows, ceiling: Floats, origin: Floats, may_throw: Bools
     ) -> TargetChoice | None:
         """The first accepted throws, in machine code."""
-        return choose_targets(pick, targets, limits, ceiling, (self._rules, self._space), origin, may_throw)
+        rules, space = self._rules, self._space
+        attempt, plan, good = choose_targets(pick, targets, limits, ceiling, rules, space, origin, may_throw)
+        return TargetChoice(attempt, ReleaseBatch(plan), good)
 
-    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: LimitRows, ceiling: Floats) -> ThrowMotion:
         """Motions along the line from pick to release, through the window at constant velocity, and to a stop."""
-        segments, ends = throw_motions(*in_order(pick, release.rows), limits.arrays(len(pick)), self._rules)
+        segments, ends = throw_motions(pick, release.rows, limits, self._rules)
         return ThrowMotion(ThrowMotion.zeros(len(pick), pick=pick, roof=np.inf, **ends._asdict()), segments)
 
-    def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
+    def back(self, motion: ThrowMotion, next_pick: Floats, limits: LimitRows) -> Segments:
         """Motions straight to the point above the next pick, then down."""
-        count = len(next_pick)
-        return go_back(*in_order(motion.stop, next_pick), np.zeros(count), limits.arrays(count), self._clearance)
+        return go_back(motion.stop, next_pick, np.zeros(len(next_pick)), limits, self._clearance)
 
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: LimitRows) -> Meeting:
         """The earliest meetings of hands that move from rest to rest, without motions."""
-        (low, high), speed, count = self._belt.pick_x, self._belt.speed, len(place)
+        (low, high), speed = self._belt.pick_x, self._belt.speed
         ends = {"hand": motion.stop, "place": place, "belt": [speed, 0.0, 0.0], "clearance": self._clearance}
-        hunts = Hunt.zeros(count, low=low, high=high, **ends, **limits.arrays(count)._asdict())
+        hunts = Hunt.zeros(len(place), low=low, high=high, **ends, **limits._asdict())
         intercept = Intercept(meet(hunts, 0, HORIZON))
         met = intercept.feasible
         position = np.where(met[:, None], intercept.position, place)
         return Meeting.at(position, np.where(met, intercept.time, 0.0), np.where(met, intercept.wait, 0.0), met, None)
 
-    def approach(self, motion: ThrowMotion, meeting: Meeting, limits: Limits) -> Segments:
+    def approach(self, motion: ThrowMotion, meeting: Meeting, limits: LimitRows) -> Segments:
         """Motions straight to the points above the picks, the waits, and the descents."""
-        return go_back(motion.stop, meeting.end, meeting.wait, limits.arrays(len(meeting.wait)), self._clearance)
+        return go_back(motion.stop, meeting.end, meeting.wait, limits, self._clearance)
 
 
 def _lower_elevation(pick: Floats, goal: Floats, limits: LimitRows, angle: Floats, top: Floats) -> Floats:

@@ -21,8 +21,8 @@ from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, ThrowMotion
-from pnt_gym.planning.motion.kernel import fade, grow, superpose
-from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
+from pnt_gym.planning.motion.kernel import fade, grow, margins, superpose
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Space
 from pnt_gym.planning.motion.riding import DOWNSTREAM, arrival_time
 from pnt_gym.planning.motion.rows import Fading, Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch, TargetChoice
@@ -48,7 +48,7 @@ class TrackingMover(Mover):
         mover: Callable[[ConveyorConfig, EllipticWorkspace], Mover],
     ) -> None:
         self._speed = config.belt.speed
-        self._workspace = workspace
+        self._space = Space.of(workspace)
         percent = np.array(config.limits.percent)
         drop = config.motion.clearance if config.planner in STOPPING else 0.0
         self._arrival = arrival_time(config.robot.limits(percent), self._speed, drop)
@@ -66,9 +66,9 @@ class TrackingMover(Mover):
         """The inner mover's reserves (N,) [m]."""
         return self._mover.reserve(release)
 
-    def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
+    def plan(self, pick: Floats, target: Floats, limits: LimitRows, ceiling: Floats) -> ReleaseBatch:
         """The inner mover's releases from the virtual picks."""
-        fading = fade(limits.arrays(len(pick)), self._speed, 0.0)
+        fading = fade(limits, self._speed, 0.0)
         return self._mover.plan(pick + fading.lead, target, fading.left, ceiling)
 
     def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
@@ -79,33 +79,33 @@ class TrackingMover(Mover):
         """The inner mover's releases at given points (N, 3) [m]."""
         return self._mover.release_at(self._virtual_context(context), point)
 
-    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
+    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: LimitRows) -> Bools:
         """Which releases the robot can execute.
 
         While the belt's velocity fades, the hand stays inside the triangle of pick, virtual pick and the position
         at the end of the fading.
         """
-        fading = fade(limits.arrays(len(pick)), self._speed, 0.0)
+        fading = fade(limits, self._speed, 0.0)
         good = self._mover.is_feasible(pick + fading.lead, release, fading.left)
-        return good & fading.is_possible & self._workspace.contains(pick)
+        return good & fading.is_possible & (margins(pick, self._space) >= 0.0)
 
     def accepts(self, context: Context, shift: Floats | None) -> Bools:
         """Which nominal plans the robot can execute, also for moved targets."""
         good = self._mover.accepts(self._virtual_context(context), shift)
-        is_possible = fade(context.throw_limits.arrays(len(good)), self._speed, 0.0).is_possible
-        return good & is_possible & self._workspace.contains(context.pick)
+        is_possible = fade(context.throw_limits, self._speed, 0.0).is_possible
+        return good & is_possible & (margins(context.pick, self._space) >= 0.0)
 
     def choose_targets(
         self, pick: Floats, targets: Floats, limits: LimitRows, ceiling: Floats, origin: Floats, may_throw: Bools
     ) -> TargetChoice | None:
         """The inner mover's choice, of throws from the virtual picks."""
         fading = fade(limits, self._speed, 0.0)
-        may_ride = may_throw & fading.is_possible & self._workspace.contains(pick)
+        may_ride = may_throw & fading.is_possible & (margins(pick, self._space) >= 0.0)
         return self._mover.choose_targets(pick + fading.lead, targets, fading.left, ceiling, origin, may_ride)
 
-    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: LimitRows, ceiling: Floats) -> ThrowMotion:
         """The inner mover's motions plus the fading belt speed; a short motion is delayed until the speed has faded."""
-        fading = fade(limits.arrays(len(pick)), self._speed, 0.0)
+        fading = fade(limits, self._speed, 0.0)
         motion = self._mover.throw(pick + fading.lead, release, fading.left, ceiling)
         delay = np.maximum(fading.time - motion.release_time, 0.0)
         return motion.replace(
@@ -116,27 +116,27 @@ class TrackingMover(Mover):
             pick_velocity=np.zeros((len(pick), 3)) + self._speed * DOWNSTREAM,
         )
 
-    def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
+    def back(self, motion: ThrowMotion, next_pick: Floats, limits: LimitRows) -> Segments:
         """Motions to the touches of the objects that the hand lifts at next picks (N, 3) [m]."""
-        growing = fade(limits.arrays(len(next_pick)), self._speed, self._arrival)
+        growing = fade(limits, self._speed, self._arrival)
         return self._end_riding(self._mover.back(motion, next_pick - self._behind, growing.left), growing)
 
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: LimitRows) -> Meeting:
         """The earliest meetings; a return is at least as long as the growth of the belt's speed."""
-        growing = fade(limits.arrays(len(place)), self._speed, self._arrival)
+        growing = fade(limits, self._speed, self._arrival)
         meeting = self._mover.reach(motion, place - self._early, growing.left)
         time = meeting.time if meeting.back is None else meeting.back.durations.sum(axis=1)
         position, feasible = meeting.position + self._behind, meeting.feasible & (time >= growing.time)
         return meeting.replace(position=position, feasible=feasible)
 
-    def approach(self, motion: ThrowMotion, meeting: Meeting, limits: Limits) -> Segments:
+    def approach(self, motion: ThrowMotion, meeting: Meeting, limits: LimitRows) -> Segments:
         """The inner mover's motions, onto the moving belt."""
-        growing = fade(limits.arrays(len(meeting.time)), self._speed, self._arrival)
+        growing = fade(limits, self._speed, self._arrival)
         return self._end_riding(self._mover.approach(motion, meeting, growing.left), growing)
 
     def _virtual_context(self, context: Context) -> Context:
         """Picks as the inner mover needs them: at virtual points and with the remaining limits."""
-        fading = fade(context.throw_limits.arrays(len(context.pick)), self._speed, 0.0)
+        fading = fade(context.throw_limits, self._speed, 0.0)
         return context.replace(pick=context.pick + fading.lead, throw_limits=fading.left)
 
     def _end_riding(self, back: Segments, growing: Fading) -> Segments:
@@ -146,9 +146,9 @@ class TrackingMover(Mover):
         return superpose(back, growth)
 
 
-def stop_motion(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:
+def stop_motion(pick: Floats, limits: LimitRows, speed: float) -> ThrowMotion:
     """Motions of empty hands that ride at picks (N, 3) [m] with a belt speed [m/s], and stop downstream."""
-    fading = fade(limits.arrays(len(pick)), speed, 0.0)
+    fading = fade(limits, speed, 0.0)
     return ThrowMotion.resting(pick + fading.lead).replace(
         pick=pick,
         segments=grow(fading.time, -speed, 2),
@@ -157,7 +157,7 @@ def stop_motion(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:
     )
 
 
-def empty_motion(pick: Floats, limits: Limits, belt: Belt, columns: int) -> ThrowMotion:
+def empty_motion(pick: Floats, limits: LimitRows, belt: Belt, columns: int) -> ThrowMotion:
     """Motions of empty hands at picks (N, 3) [m]: at rest, or a stop if they ride; padded to `columns` segments."""
     resting = stop_motion(pick, limits, belt.speed) if belt.tracking else ThrowMotion.resting(pick)
     return resting.replace(segments=resting.segments.pad(columns))

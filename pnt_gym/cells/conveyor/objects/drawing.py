@@ -12,7 +12,6 @@ from typing import Any, Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, rows_of_words, words
-from pnt_gym.cells.base.fluid import GYRATION
 from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects import kernel
@@ -23,7 +22,7 @@ from pnt_gym.cells.conveyor.objects.rows import (
     Factors,
     ItemMix,
     ItemRow,
-    LeavingObject,
+    Lips,
     Normals,
     StandardDraws,
     Uniforms,
@@ -113,7 +112,8 @@ class ObjectMaker:
         made["delay"] = np.maximum(config.mismatch * delay + made["jitter"], 0.0)
         spin = made["spin"].copy()
         tau = time_constant(seal, made["tau"], config.suction)
-        write_spins(Objects(made, side_draws.fill), made["grasp"], tau, spin, config)
+        drawn = Objects(made, side_draws.fill)
+        kernel.write_spins(config.mismatch, config.cup.peel, made, Lips(*drawn.turn, drawn.grasp, tau), spin)
         made["spin"] = spin
         made["hand_error"] = config.mismatch * config.robot.accuracy * side_draws.hand.reshape(-1, 3)
         return Objects(rows, side_draws.fill)
@@ -169,24 +169,6 @@ def time_constant(seal: Floats, tau: Floats, suction: Suction) -> Floats:
     return tau / (1.0 + suction.leak * leak)
 
 
-def write_spins(objects: Objects, grasp: Floats, tau: Floats, spin: Floats, config: ConveyorConfig) -> None:
-    """Write the spins of N objects at release (N, 3) [rad/s], in place: of the peeling lip and of blown air.
-
-    Args:
-        objects: the objects (N,).
-        grasp: grasp offsets (N, 2) [m].
-        tau: time constants of the vacuum (N,) [s].
-        spin: written.
-        config: the cell.
-    """
-    cosine, sine = objects.turn
-    leaving = LeavingObject.zeros(
-        len(spin), shape=objects.shape, size=objects.size, mass=objects.mass, cosine=cosine, sine=sine, grasp=grasp,
-        radius=objects.cup_radius, tau=tau, blow_off=objects.blow_off,
-    )  # fmt: skip
-    kernel.write_spins(config.mismatch, config.cup.peel, leaving, GYRATION, spin)
-
-
 def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal: Floats | None = None) -> Floats:
     """Spin (N, 3) [rad/s] of objects with another grasp offset than drawn; the other parts of the spin stay.
 
@@ -204,7 +186,7 @@ def lip_spin(objects: Objects, grasp: Floats, config: ConveyorConfig, seal: Floa
     """Spin (N, 3) [rad/s] that lips and blown air give objects at a grasp offset; arguments as in `spin_at_grasp`."""
     spin = random_spin(np.zeros_like(objects.spin), config.spread.spin_per_offset * grasp)
     tau = time_constant(objects.seal if seal is None else seal, objects.tau, config.suction)
-    write_spins(objects, grasp, tau, spin, config)
+    kernel.write_spins(config.mismatch, config.cup.peel, objects.rows, Lips(*objects.turn, grasp, tau), spin)
     return spin
 
 

@@ -35,19 +35,6 @@ class Fill:
         """Empty bins (N, B)."""
         return cls(np.zeros(shape, dtype=np.int64), np.zeros(shape))
 
-    def after(self, ended_in: Ints, volume: Floats, emptied: int) -> Fill:
-        """Contents after one more object per cell has ended in a bin.
-
-        Args:
-            ended_in: index of each object's bin, -1 for none (N,).
-            volume: volumes of the objects (N,) [m3].
-            emptied: number of objects at which a bin is emptied.
-        """
-        came = np.arange(self.count.shape[1], dtype=np.int64) == ended_in[:, None]
-        count = self.count + came
-        full = count >= emptied
-        return Fill(np.where(full, 0, count), np.where(full, 0.0, self.volume + came * volume[:, None]))
-
     def depth(self, area: Floats, config: ConveyorConfig) -> Floats:
         """Free depth (N, B) [m] above the contents, for openings of an area (N, B) or (B,) [m2]; contents are level."""
         bins = config.bins
@@ -102,7 +89,11 @@ class FillingBins(PlannedBins):
 
     def after(self, objects: Objects, ended_in: Ints, depth: Floats) -> Floats:
         """Depths (N, B) [m] above the contents, with the objects that have ended in bins."""
-        self._fill = self._fill.after(ended_in, volume_of(objects.shape, objects.size), self._emptied)
+        came = np.arange(len(self._area), dtype=np.int64) == ended_in[:, None]
+        count = self._fill.count + came
+        volume = self._fill.volume + came * volume_of(objects.shape, objects.size)[:, None]
+        full = count >= self._emptied
+        self._fill = Fill(np.where(full, 0, count), np.where(full, 0.0, volume))
         return self._fill.depth(self._area, self._config)
 
 

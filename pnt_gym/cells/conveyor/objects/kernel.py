@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.body_kernel import lying_extents, solid_shell_inertia
-from pnt_gym.cells.base.grip import CUP_RADIUS
-from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
+from pnt_gym.cells.base.bodies import level_extents, shell_inertia
+from pnt_gym.cells.base.items import CUP_RADIUS, CYLINDER, ELLIPSOID
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects
-from pnt_gym.cells.conveyor.objects.rows import ItemMix, LeavingObject, StandardDraws
+from pnt_gym.cells.conveyor.objects.rows import ItemMix, Lips, StandardDraws
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.rows import Floats1, Floats2, Floats3, Rows1
@@ -135,11 +134,10 @@ def blow_impulse(mass: float, x: float, y: float, speed: float) -> tuple[float, 
 
 
 @kernel_part
-def _spin(leaving: Any, x: float, y: float, gyration: Floats) -> tuple[float, float, float]:
+def _spin(object_: Any, cos: float, sin: float, x: float, y: float) -> tuple[float, float, float]:
     """Spin of a free object about x, y, z [rad/s], from an angular impulse about the world's x and y [N m s]."""
-    cos, sin = leaving.cosine, leaving.sine
-    length, width, height = lying_extents(leaving.shape == CYLINDER, leaving.size)
-    inertia_x, inertia_y, _ = solid_shell_inertia(gyration[leaving.shape] * leaving.mass, length, width, height)
+    extents = level_extents(object_.shape == CYLINDER, object_.size)
+    inertia_x, inertia_y, _ = shell_inertia(object_.shape, object_.mass, extents)
     # The inertia is diagonal only in the object's axes: there the impulse becomes a spin, which is turned back.
     about_x = (cos * x + sin * y) / inertia_x
     about_y = (cos * y - sin * x) / inertia_y
@@ -147,27 +145,34 @@ def _spin(leaving: Any, x: float, y: float, gyration: Floats) -> tuple[float, fl
 
 
 @kernel
-def write_spins(mismatch: float, peels: bool, leaving: Rows1[LeavingObject], gyration: Floats1, spin: Floats2) -> None:
+def write_spins(mismatch: float, peels: bool, objects: Rows1[Objects], lips: Lips, spin: Floats2) -> None:
     """Write the spins of N objects at release (N, 3) [rad/s]: as drawn, or from the peeling lip, and from blown air.
 
-    `peels` says whether the lip gives a spin; `gyration` is the inertia of each shape, see `fluid.GYRATION`.
+    `peels` says whether the lip gives a spin.
     """
     for row in range(len(spin)):
-        object_ = leaving[row]
-        mass, place_x, place_y = object_.mass, object_.grasp[0], object_.grasp[1]
+        object_, cos, sin = objects[row], lips.cosine[row], lips.sine[row]
+        mass, place_x, place_y = object_.mass, lips.grasp[row, 0], lips.grasp[row, 1]
         if peels:
-            x, y = peel_impulse(mass * GRAVITY, place_x, place_y, object_.radius, object_.tau)
-            spin[row, 0], spin[row, 1], spin[row, 2] = _spin(object_, mismatch * x, mismatch * y, gyration)
+            x, y = peel_impulse(mass * GRAVITY, place_x, place_y, object_.cup_radius, lips.tau[row])
+            spin[row, 0], spin[row, 1], spin[row, 2] = _spin(object_, cos, sin, mismatch * x, mismatch * y)
         if object_.blow_off > 0.0:
             x, y = blow_impulse(mass, place_x, place_y, mismatch * object_.blow_off)
-            added = _spin(object_, x, y, gyration)
+            added = _spin(object_, cos, sin, x, y)
             for axis in range(3):
                 spin[row, axis] += added[axis]
 
 
 @kernel
 def inside_outline(objects: Rows1[Objects], place: Floats2) -> Floats1:
-    """Distances (N,) [m] of points (N, 2) from outlines, as `hold.inside_outline` says."""
+    """Distance of points from the outlines of objects in top view (N,) [m]; positive inside, negative outside.
+
+    The distance from an ellipse is scaled by the ellipse's smaller half axis: exact for a circle.
+
+    Args:
+        objects: N objects.
+        place: one point per object, relative to the object's middle, along world x, y (N, 2) [m].
+    """
     inside = np.empty(len(place))
     for row in range(len(inside)):
         object_ = objects[row]
@@ -184,12 +189,13 @@ def inside_outline(objects: Rows1[Objects], place: Floats2) -> Floats1:
 
 
 @kernel
-def fill_inertias(mass: Floats1, arm: Floats2, inertia: Floats2, tensor: Floats3) -> None:
-    """Fill the inertias of objects about their cups' tips (N, 3, 3) [kg m2].
+def inertias_at_tip(mass: Floats1, arm: Floats2, inertia: Floats2) -> Floats3:
+    """Inertias of objects about their cups' tips (N, 3, 3) [kg m2].
 
     `arm` are the centres of mass from the tips, in the objects' axes (N, 3) [m], and `inertia` the moments about the
     centres of mass (N, 3) [kg m2].
     """
+    tensor = np.empty((len(mass), 3, 3))
     for row in range(len(tensor)):
         x, y, z = arm[row, 0], arm[row, 1], arm[row, 2]
         square = mass[row] * (x * x + y * y + z * z)
@@ -197,3 +203,4 @@ def fill_inertias(mass: Floats1, arm: Floats2, inertia: Floats2, tensor: Floats3
             for j in range(3):
                 tensor[row, i, j] = (-mass[row] * arm[row, i]) * arm[row, j]
             tensor[row, i, i] += inertia[row, i] + square
+    return tensor

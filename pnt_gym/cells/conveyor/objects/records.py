@@ -13,15 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.fluid import (
-    GeomPlacement,
+from pnt_gym.cells.base.bodies import (
+    ModelObjects,
+    contact_solref,
     fluid_coefficients,
     geom_placement,
     lying_extents,
     solid_shell_inertia,
+    yaw_attitude,
 )
-from pnt_gym.cells.base.items import ELLIPSOID, contact_solref
-from pnt_gym.cells.base.rotations import yaw_attitude
+from pnt_gym.cells.base.items import ELLIPSOID
+from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.rows import Columns, Pair, Quadruple, Triple, field
 
 TARGET_DRAWS: Final = 8
@@ -113,24 +115,26 @@ class Objects(Columns):
         return lying_extents(self.shape, self.size)
 
     @cached_property
+    def middle(self) -> Floats:
+        """Heights of the bodies' middles above the centres of mass, of N objects that lie or hang at rest (N,) [m]."""
+        return self.com_depth - LIP_GAP - self.size[:, 2] / 2.0
+
+    @cached_property
     def inertia(self) -> Floats:
         """Moments of inertia of N objects about their own axes, through the centre of the extents (N, 3) [kg m2]."""
         return solid_shell_inertia(self.mass, self.extents, self.shape)
 
     @cached_property
-    def placement(self) -> GeomPlacement:
-        """Geoms of the modelled bodies of N objects."""
-        return geom_placement(self.shape, self.extents)
+    def model(self) -> ModelObjects:
+        """Masses, inertias, geoms and air of the modelled bodies of N objects, as MuJoCo's fields."""
+        shape, extents = self.shape, self.extents
+        geoms, fluid = geom_placement(shape, extents), fluid_coefficients(shape, extents, self.drag)
+        return ModelObjects(self.mass, self.inertia, geoms, fluid)
 
     @cached_property
     def solref(self) -> Floats:
         """MuJoCo's `solref` of the contacts of N objects (N, 2) [s, -], see `contact_solref`."""
         return contact_solref(self.restitution)
-
-    @cached_property
-    def fluid(self) -> Floats:
-        """MuJoCo's `geom_fluid` of N objects (N, 12)."""
-        return fluid_coefficients(self.shape, self.extents, self.drag)
 
 
 def half_extent(objects: Objects, heading: float | Floats = 0.0) -> Floats:

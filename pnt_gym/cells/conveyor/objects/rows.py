@@ -114,19 +114,17 @@ class CellNumbers(Row):
     spacing: Pair = field("m", "range of distances between objects")
 
 
-@final
-class LeavingObject(Row):
-    """An object at its release, as its spin needs."""
+class Lips(NamedTuple):
+    """Cups that N objects leave."""
 
-    shape: int = field("-", "index in `items.SHAPES`")
-    size: Triple = field("m", "full extents")
-    mass: float = field("kg", "mass")
-    cosine: float = field("-", "cosine of the yaw")
-    sine: float = field("-", "sine of the yaw")
-    grasp: Pair = field("m", "centre of mass from the cup's axis, along x and y")
-    radius: float = field("m", "radius of the lip")
-    tau: float = field("s", "time constant of the vacuum")
-    blow_off: float = field("m/s", "speed that blown air gives")
+    cosine: Floats1
+    """Cosines of the objects' yaws (N,)."""
+    sine: Floats1
+    """Sines of these yaws (N,)."""
+    grasp: Floats2
+    """Centres of mass from the cups' axes, along x and y (N, 2) [m]."""
+    tau: Floats1
+    """Time constants of the vacuum (N,) [s]."""
 
 
 class StandardDraws(NamedTuple):

@@ -7,8 +7,15 @@ import pytest
 
 from pnt_gym.arrays import concatenate_records, take
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
-from pnt_gym.cells.conveyor.belt.stream import CHECK_AFTER_RELEASE, CHECK_INTERVAL, course, sweeps_through
-from pnt_gym.cells.conveyor.belt.sweep import BESIDE_DEPTH
+from pnt_gym.cells.conveyor.belt.stream import (
+    BESIDE_DEPTH,
+    CHECK_AFTER_RELEASE,
+    CHECK_INTERVAL,
+    Carried,
+    Neighbours,
+    course,
+    sweeps_through,
+)
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.conveyor.objects.records import half_extent
 from pnt_gym.planning.motion.limits import MotionLimits
@@ -36,13 +43,19 @@ def some_objects(count, seed):
     )
 
 
+def sweeps(carried, start, way, neighbours, place):
+    """Which of the objects (N, K) at places (N, K, 2) the carried objects (N,) sweep through, from starts (N, 2)."""
+    others = Neighbours(neighbours.shape, neighbours.size, neighbours.yaw, place)
+    return sweeps_through(Carried(carried.shape, carried.size, carried.yaw, start, way), others)
+
+
 def test_outlines_overlap_where_drawn_ones_do():
     """To a millimetre, by which the corners of drawn ellipses lie inside of the true ones."""
     count = 300
     one, other = some_objects(count, 0), some_objects(count, 1000)
     apart = np.random.default_rng(0).uniform(-0.15, 0.15, (count, 2))
     still, pairs = np.zeros((count, 1, 3)), ((one, np.zeros((count, 2))), (other, apart))
-    found = sweeps_through(one, np.zeros((count, 2)), still, take(other, np.s_[:, None]), apart[:, None])[:, 0]
+    found = sweeps(one, np.zeros((count, 2)), still, take(other, np.s_[:, None]), apart[:, None])[:, 0]
     surely, maybe = (
         overlap(*(outlines(objects.replace(size=objects.size + wider), place) for objects, place in pairs))
         for wider in (-0.002, 0.002)
@@ -75,7 +88,7 @@ def test_sweeps_are_those_of_every_moment_in_arrays():
             distance = place[:, k] - start - way[:, moment, :2]
             meets[:, k] |= low[:, k] & overlap_in_arrays(carried, take(neighbours, np.s_[:, k]), distance)
     assert 0.1 < meets.mean() < 0.9
-    np.testing.assert_array_equal(sweeps_through(carried, start, way, neighbours, place), meets)
+    np.testing.assert_array_equal(sweeps(carried, start, way, neighbours, place), meets)
 
 
 def straight_throw(count=3):
@@ -91,7 +104,7 @@ def straight_throw(count=3):
 def test_ways_are_those_of_the_hand_and_then_of_a_falling_object_against_the_belt():
     motion, speed = straight_throw(), 0.5
     free_at = np.array([0.02, 0.06, 0.1])
-    way = course(motion, free_at, speed)
+    way = course(motion.path.table, motion.pick, free_at, speed)
     times = CHECK_INTERVAL * np.arange(way.shape[1])
     np.testing.assert_allclose(way[:, 0], 0.0)
     for row, free in enumerate(free_at):
@@ -118,7 +131,7 @@ def test_ways_are_those_of_arrays_to_the_last_bit():
     way = hand.position - motion.pick[:, None] + since[..., None] * hand.velocity
     way[..., 2] -= 0.5 * 9.81 * since**2
     way[..., 0] -= speed * times
-    np.testing.assert_array_equal(course(motion, free_at, speed), way)
+    np.testing.assert_array_equal(course(motion.path.table, motion.pick, free_at, speed), way)
 
 
 def test_a_lost_object_that_falls_back_meets_what_it_falls_on():
@@ -126,11 +139,11 @@ def test_a_lost_object_that_falls_back_meets_what_it_falls_on():
     motion = straight_throw(1)
     one = some_objects(1, 3).replace(shape=np.array([BOX]), size=np.full((1, 3), 0.05), yaw=np.zeros(1))
     other = take(one, np.s_[:, None])
-    lost, held = (course(motion, np.array([free]), 0.25) for free in (0.05, 0.15))
+    lost, held = (course(motion.path.table, motion.pick, np.array([free]), 0.25) for free in (0.05, 0.15))
     down = int(np.argmax(lost[0, :, 2] < -0.005))
     assert down > 0
     for way, meets in ((lost, True), (held, False)):
-        assert sweeps_through(one, np.zeros((1, 2)), way, other, lost[:, [down], :2])[0, 0] == meets
+        assert sweeps(one, np.zeros((1, 2)), way, other, lost[:, [down], :2])[0, 0] == meets
 
 
 def identity(objects):

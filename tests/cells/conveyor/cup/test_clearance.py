@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pnt_gym.cells.base.fluid import geom_placement, lying_size
-from pnt_gym.cells.base.rotations import vertical
+from pnt_gym.cells.base.bodies import geom_placement, lying_size, vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP
-from pnt_gym.cells.conveyor.cup.clearance import MARGIN, Passage, predict_passage
+from pnt_gym.cells.conveyor.cup.clearance import MARGIN, Bodies, Passage, may_touch, predict_passage
 from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.scene import CUP_LENGTH
 from tests.tools.nightly import with_nightly
@@ -48,7 +47,9 @@ def test_what_is_decided_early_stays_so(level):
     for seed in range(2):
         context, *both = both_ways(level, seed)
         lies = [
-            flown.touchdown.landing_fields(context.target, context.opening, 0.3, context.direction)["in_bin"]
+            flown.touchdown.landing_fields(context.target, context.opening, np.array([0.3]), context.direction)[
+                "in_bin"
+            ]
             for flown in both
         ]
         differing += int((lies[0] != lies[1]).sum())
@@ -90,7 +91,7 @@ def test_what_passes_as_clear_is_farther_away_than_the_margin():
     attitude = rng.normal(size=(count, 4))
     attitude /= np.linalg.norm(attitude, axis=1, keepdims=True)
     passage = Passage(apart, np.zeros_like(apart), vertical(attitude[:, None]))
-    possible = passage.may_touch(objects, 0.0)[:, 0]
+    possible = may_touch(Bodies.of(objects), passage, 0.0, MARGIN, 0.0)[:, 0]
     distance = np.array([true_distance(objects, row, apart[row, 0], attitude[row]) for row in range(count)])
     assert (distance[~possible] > MARGIN - 1e-6).all()
     assert (~possible).sum() > count / 4
@@ -103,7 +104,8 @@ def test_objects_are_foreseen_to_fall_and_turn_as_they_were_let_go():
     attitude, spin = Rotation.random(5, random_state=2), rng.normal(0.0, 4.0, (5, 3))
     apart, drift = rng.normal(0.0, 0.03, (5, 3)), rng.normal(0.0, 0.2, (5, 3))
     parting = Parting(apart, drift, attitude.as_quat(scalar_first=True), spin, np.zeros(5), np.zeros(5, dtype=bool))
-    passage = predict_passage(parting, (place, velocity), since)
+    turned = np.linalg.norm(spin, axis=1)[:, None] * since
+    passage = predict_passage(parting, place, velocity, since, np.cos(turned), np.sin(turned))
     for k, t in enumerate(since):
         began = velocity[:, 0] + drift
         free = place[:, 0] + apart + began * t - [0, 0, 9.81 / 2 * t**2]
@@ -111,5 +113,6 @@ def test_objects_are_foreseen_to_fall_and_turn_as_they_were_let_go():
         np.testing.assert_allclose(passage.drift[:, k], began - [0, 0, 9.81 * t] - velocity[:, k], atol=1e-12)
         turn = attitude * Rotation.from_rotvec(spin * t)
         np.testing.assert_allclose(passage.up[:, k], turn.inv().apply([0, 0, 1]), atol=1e-12)
-    still = predict_passage(parting._replace(rate=np.zeros((5, 3))), (place, velocity), since)
+    resting = parting._replace(rate=np.zeros((5, 3)))
+    still = predict_passage(resting, place, velocity, since, np.ones((5, 3)), np.zeros((5, 3)))
     np.testing.assert_allclose(still.up, np.repeat(still.up[:, :1], 3, axis=1), atol=1e-12)

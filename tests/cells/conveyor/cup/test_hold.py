@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pnt_gym.cells.conveyor.cup.hold import grips, measured_hold, picked
+from pnt_gym.cells.conveyor.cup.hold import grips, measured_hold, picked, smallest_margin
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import make_core, whole_cycle
 
@@ -84,7 +84,7 @@ def test_care_keeps_the_safety_that_is_asked_for_on_what_is_measured():
     _, picks, _, cycle, _ = thrown(limit=True, safety=1.5)
     times = np.linspace(0.0, 1.0, 200) * cycle.release_time[:, None]
     hold, acceleration = measured_hold(picks.objects, picks.belt_shift), cycle.path.sample(times).acceleration
-    margin, _ = hold.smallest_margin(acceleration, np.full(len(times), 200))
+    margin, _ = smallest_margin(hold, acceleration, np.full(len(times), 200), 1.0)
     assert margin.min() >= 1.5 * (1.0 - 1e-6)
 
 

@@ -7,9 +7,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
+from pnt_gym.cells.base.bodies import lying_size, solid_shell_inertia, vertical
 from pnt_gym.cells.base.plant import roll_out
-from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_LENGTH
 from pnt_gym.cells.conveyor.cup.swing import LARGEST_PHASE, springs
 from pnt_gym.cells.conveyor.hand import ThrowClock

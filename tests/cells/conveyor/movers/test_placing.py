@@ -10,6 +10,7 @@ from agents.controllers import make_controller
 from agents.ground.environments import make_vector
 from agents.judging.loop import throw_held_out
 from papers.hassan.planning.cycle import CycleRules, CycleTask, horizontal_throw, pick_and_place
+from pnt_gym.cells.base.recorded import lies_in
 from pnt_gym.cells.conveyor.action import FIXED_THROW, MODES
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import LIP_GAP
@@ -267,8 +268,7 @@ def test_out_of_one_box_and_into_another(planner, fidelity):
     lowest = context.plan.position[:, 2] - (pick[:, 2] - core.config.belt.height)
     np.testing.assert_allclose(lowest, -0.80, atol=1e-9)
     touchdown = core.cell.plant.fly(context, cycle).touchdown
-    rim = context.target[:, 2]
-    assert touchdown.lies_in(context.target[:, :2], context.opening, rim, rim - core.config.bins.depth).all()
+    assert lies_in(touchdown, context.target, context.opening, np.array([core.config.bins.depth])).all()
     assert not touchdown.recontact.any()
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.sections import FollowThrough
-from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, MotionLimits
 from pnt_gym.planning.straight.release import plan_release_batch
 from tests.tools.throws import is_feasible, make_core, straight_cycle, straight_motion, straight_mover
 
@@ -21,7 +21,7 @@ def random_throws(seed=0, count=COUNT):
     rng = np.random.default_rng(seed)
     pick = rng.uniform([-0.3, -0.45, -0.88], [0.3, -0.20, -0.80], (count, 3))
     target = rng.uniform([-0.5, 0.25, -0.85], [0.5, 0.75, -0.85], (count, 3))
-    limits = MotionLimits.t3kr(rng.choice([15.0, 30.0, 45.0, 100.0], count))
+    limits = LimitRows.t3kr(rng.choice([15.0, 30.0, 45.0, 100.0], count))
     release = plan_release_batch(pick, target, limits, ceiling=pick[:, 2] + 0.10)
     rows = np.flatnonzero(release.feasible)
     release = plan_release_batch(pick[rows], target[rows], take(limits, rows), ceiling=pick[rows, 2] + 0.10)
@@ -81,7 +81,7 @@ def test_shaped_braking_keeps_the_hand_above_a_falling_object():
 
 def test_braking_is_never_harder_than_the_limits():
     pick, release, limits, *_ = random_throws(6)
-    steep, full = release.angle > 0.01, limits.arrays(len(release)).acceleration
+    steep, full = release.angle > 0.01, limits.acceleration
     for share in (0.5, None):
         motion = straight_motion(pick, release, limits, FollowThrough(gravity_share=share))
         last = motion.segments.durations[:, 5:, None] * motion.segments.jerks[:, 5:]

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.items import contact_solref, item_arrays
+from pnt_gym.cells.base.bodies import contact_solref
+from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor import free
 from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.planner import PickPlanner

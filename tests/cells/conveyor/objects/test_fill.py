@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import pnt_gym  # noqa: F401 - registers the environments
-from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.base.items import BOX, item_arrays
 from pnt_gym.cells.conveyor.objects.fill import LEAST_DEPTH, Fill, bins_of_cells, draw_fill, mean_volumes, volume_of
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, parts_of, same_bits, vary
@@ -56,13 +56,14 @@ def test_volumes_are_those_of_the_bodies():
 
 def test_three_litres_in_a_bin_by_hand():
     """0.2 m x 0.2 m, half of a filling is air: 1 l more is 50 mm less, until it is emptied."""
-    config, area = filling(emptied=3), np.array([0.04, 0.05])
-    fill = Fill.empty(1, 2)
+    config = filling(emptied=3)
+    bins, objects = bins_of_cells(config, 1, carried=True), make_core(config, 1, seed=1).context.objects
+    litre = objects.replace(shape=np.array([BOX]), size=np.full((1, 3), 0.1))
+    depth = bins.begin(np.arange(1), np.zeros((1, 2)))
     expected = [[0.25, 0.30], [0.20, 0.30], [0.20, 0.26], [0.30, 0.26], [0.30, 0.26]]
-    for where, depth in zip([0, 0, 1, 0, -1], expected, strict=True):
-        fill = fill.after(np.array([where]), np.array([0.001]), 3)
-        np.testing.assert_allclose(fill.depth(area, config), [depth], rtol=1e-12)
-    assert fill.count.tolist() == [[0, 1]]
+    for where, left in zip([0, 0, 1, 0, -1], expected, strict=True):
+        depth = bins.after(litre, np.array([where]), depth)
+        np.testing.assert_allclose(depth, [left], rtol=1e-12)
 
 
 def test_an_overfull_bin_keeps_a_least_depth():

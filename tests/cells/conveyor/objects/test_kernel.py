@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base.cell import JUMPS_PER_PURPOSE, Purpose, move_aside
-from pnt_gym.cells.base.grip import CUP_RADIUS
-from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID, item_arrays
-from pnt_gym.cells.conveyor.cup.hold import inside_outline
+from pnt_gym.cells.base.items import CUP_RADIUS, CYLINDER, ELLIPSOID, item_arrays
 from pnt_gym.cells.conveyor.objects.drawing import (
     NORMALS,
     UNIFORMS,
@@ -15,6 +13,7 @@ from pnt_gym.cells.conveyor.objects.drawing import (
     random_spin,
     release_delay,
 )
+from pnt_gym.cells.conveyor.objects.kernel import inside_outline
 from tests.tools.throws import parts_of, same_bits, vary
 
 COUNT = 400
@@ -153,5 +152,5 @@ def test_distances_from_outlines_are_those_of_the_formula():
     rectangle = np.maximum(np.minimum(length - a, width - b), 0.0) - outside
     ellipse = (1.0 - np.hypot(a / length, b / width)) * np.minimum(length, width)
     expected = np.where(objects.shape == ELLIPSOID, ellipse, rectangle)
-    np.testing.assert_allclose(inside_outline(objects, place), expected, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(inside_outline(objects.rows, place), expected, rtol=1e-12, atol=1e-15)
     assert 0.1 < (expected > 0.0).mean() < 0.9

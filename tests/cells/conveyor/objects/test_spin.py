@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from pnt_gym.cells.base.bodies import lying_size, solid_shell_inertia
 from pnt_gym.cells.base.catalogue import CATALOGUE
-from pnt_gym.cells.base.fluid import GYRATION, lying_size, solid_shell_inertia
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import true_hold
 from pnt_gym.cells.conveyor.objects.drawing import time_constant
 from pnt_gym.cells.conveyor.objects.kernel import blow_impulse, peel_impulse, write_spins
-from pnt_gym.cells.conveyor.objects.rows import LeavingObject
+from pnt_gym.cells.conveyor.objects.rows import Lips
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import item, make_core
 
@@ -52,9 +52,9 @@ def test_the_side_that_opened_goes_down():
 def test_impulses_turn_objects_by_their_own_inertia():
     o, speed = core_of().context.objects, 0.2
     grasp, spin = np.random.default_rng(0).normal(0.0, 0.01, (COUNT, 2)), np.zeros((COUNT, 3))
-    (cosine, sine), own = o.turn, solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
-    bodies = {"shape": o.shape, "size": o.size, "mass": o.mass, "cosine": cosine, "sine": sine, "grasp": grasp}
-    write_spins(1.0, False, LeavingObject.zeros(COUNT, blow_off=speed, **bodies), GYRATION, spin)
+    own = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
+    lips = Lips(*o.turn, grasp, np.zeros(COUNT))
+    write_spins(1.0, False, o.replace(blow_off=np.full(COUNT, speed)).rows, lips, spin)
     for row in range(COUNT):
         cos, sin = np.cos(o.yaw[row]), np.sin(o.yaw[row])
         turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])

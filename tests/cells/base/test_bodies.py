@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
-from pnt_gym.cells.base import fluid
+from pnt_gym.cells.base import bodies
+from pnt_gym.cells.base.bodies import lying_size
 from pnt_gym.cells.base.catalogue import CATALOGUE
-from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID, item_arrays
 from tests.tools.nightly import with_nightly
 
@@ -19,15 +19,15 @@ AIR, VISCOSITY, GRAVITY = 1.2, 1.8e-5, 9.81
 
 
 def fluid_coefficients(shape, size, drag):
-    return fluid.fluid_coefficients(np.asarray(shape), lying_size(shape, size), np.asarray(drag))
+    return bodies.fluid_coefficients(np.asarray(shape), lying_size(shape, size), np.asarray(drag))
 
 
 def geom_placement(shape, size):
-    return fluid.geom_placement(np.asarray(shape), lying_size(shape, size))
+    return bodies.geom_placement(np.array(shape), lying_size(shape, size))
 
 
 def solid_shell_inertia(mass, size, shape):
-    return fluid.solid_shell_inertia(np.asarray(mass), lying_size(shape, size), np.asarray(shape))
+    return bodies.solid_shell_inertia(np.array(mass), lying_size(shape, size), np.array(shape))
 
 
 def compiled(shape, size, drag, mass=0.02, *, shell=False):

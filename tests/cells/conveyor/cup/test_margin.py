@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pnt_gym.cells.base.grip import SURFACES, Hold
+from pnt_gym.cells.base.items import SURFACES
+from pnt_gym.cells.conveyor.cup.hold import Hold, smallest_margin
 
 GRAVITY = 9.81
 RADIUS = 0.018
@@ -16,11 +17,11 @@ def hold(force=15.0, mass=0.03, friction=0.5, depth=0.03, offset=0.004):
 
 
 def margin(one, acceleration):
-    return smallest_margin(one, np.array([acceleration]))
+    return least(one, np.array([acceleration]))
 
 
-def smallest_margin(one, accelerations):
-    return float(one.smallest_margin(accelerations[None], np.array([len(accelerations)]))[0][0])
+def least(one, accelerations):
+    return float(smallest_margin(one, accelerations[None], np.array([len(accelerations)]), 1.0)[0][0])
 
 
 def stays(one, acceleration):
@@ -55,9 +56,9 @@ def test_no_direction_asks_for_more_than_the_safety(force, mass, friction, depth
         return
     tilt, turn = np.meshgrid(np.linspace(-np.pi / 2, np.pi / 2, 721), np.linspace(0.0, np.pi, 3))
     ways = np.stack([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)], axis=-1).reshape(-1, 3)
-    least = smallest_margin(one, most * ways)
-    assert least == pytest.approx(safety, rel=1e-4)
-    assert least >= safety * (1.0 - 1e-9)
+    found = least(one, most * ways)
+    assert found == pytest.approx(safety, rel=1e-4)
+    assert found >= safety * (1.0 - 1e-9)
 
 
 def test_rough_surfaces_need_more_safety_and_wet_ones_slip():
@@ -78,7 +79,7 @@ def test_the_smallest_margin_and_the_first_below_one_are_those_of_arrays():
     margins = force / np.maximum(np.maximum(down + sideways / friction, peel), 1e-9) / scale
     within = np.arange(25) < counts[:, None]
     low = (margins < 1.0) & within
-    margin, lost_at = Hold(*fields).smallest_margin(accelerations, counts, scale)
+    margin, lost_at = smallest_margin(Hold(*fields), accelerations, counts, scale)
     np.testing.assert_array_equal(margin, np.where(within, margins, np.inf).min(axis=1))
     np.testing.assert_array_equal(lost_at, np.where(low.any(axis=1), low.argmax(axis=1), -1))
     assert 0.1 < (lost_at >= 0).mean() < 0.9

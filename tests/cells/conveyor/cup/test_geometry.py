@@ -5,13 +5,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pnt_gym.cells.base.airborne import STATE
+from pnt_gym.cells.base.bodies import vertical
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
-from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP
-from pnt_gym.cells.conveyor.cup import kernel
-from pnt_gym.cells.conveyor.cup.clearance import Bodies, Passage
+from pnt_gym.cells.conveyor.cup.clearance import Bodies, Passage, may_touch
 from pnt_gym.cells.conveyor.cup.hold import Parting
-from pnt_gym.cells.conveyor.cup.swing import Swing
+from pnt_gym.cells.conveyor.cup.swing import TILT_COSINE, Swing, find_solid, part_objects
 from tests.tools.throws import make_core
 
 COUNT, MOMENTS, STRIDE, LIP = 60, 12, 4, 0.01
@@ -64,7 +63,7 @@ def passages(rng):
 @pytest.mark.parametrize("lip", [0.0, LIP])
 def test_possible_touches_are_those_of_the_formula(objects, rng, lip):
     passage = passages(rng)
-    near = passage.may_touch(objects, 0.004, 0.002, lip)
+    near = may_touch(Bodies.of(objects), passage, 0.004, 0.002, lip)
     np.testing.assert_array_equal(near, is_near(objects, passage, 0.004, 0.002, lip))
     assert 0.2 < near.mean() < 0.8
 
@@ -82,7 +81,7 @@ def test_objects_leave_with_the_turn_and_the_speed_of_their_swing(rng):
     state, none = np.zeros((COUNT, STATE)), np.zeros(COUNT)
     state[:, 3:7], state[:, 10:] = quaternions(turns, COUNT), rate
     hanging = Parting(arm, before, quaternions(rest, COUNT), np.zeros_like(rate), none, none > 0.0)
-    parting = kernel.part_objects(state, arm, hanging, np.cos(yaw), np.sin(yaw), none > 0.0)
+    parting = part_objects(state, arm, hanging, np.cos(yaw), np.sin(yaw), none > 0.0)
     np.testing.assert_array_equal(parting.rate, rate)
     np.testing.assert_allclose(parting.centre, (rest * turns).apply(arm), atol=1e-12)
     np.testing.assert_allclose(parting.velocity, before + (rest * turns).apply(np.cross(rate, arm)), atol=1e-12)
@@ -97,13 +96,13 @@ def test_objects_that_touch_the_belt_or_their_cups_are_those_of_the_formula(obje
     hand = rng.uniform(-0.82, -0.5, (COUNT, MOMENTS * STRIDE, 3))
     arm, middle = rng.normal(0.0, 0.01, (COUNT, 3)) - [0.0, 0.0, 0.03], rng.normal(0.0, 0.003, COUNT)
     swing = Swing(attitudes, hand, steps, STRIDE)
-    touched = kernel.find_solid(Bodies.of(objects), arm, middle, swing, LIP, floor)
+    touched = find_solid(Bodies.of(objects), arm, middle, swing, LIP, floor)
     moments = np.minimum(np.arange(MOMENTS) * STRIDE, steps[:, None])
     tip = np.take_along_axis(hand[..., 2], moments, axis=1)
     below = ((arm + np.stack([0 * middle, 0 * middle, middle], axis=1))[:, None] * up).sum(axis=-1)
     low = tip + below - support(objects, up)
     tilt = np.arccos(up[..., 2])
-    steep = (objects.cup_radius[:, None] * np.sin(tilt) > LIP) | (tilt > np.arccos(kernel.TILT_COSINE))
+    steep = (objects.cup_radius[:, None] * np.sin(tilt) > LIP) | (tilt > np.arccos(TILT_COSINE))
     touches_cup, touches_belt = steep.any(axis=1), (low < floor).any(axis=1)
     np.testing.assert_array_equal(touched, touches_cup | touches_belt)
     assert (touches_cup & ~touches_belt).any()
