@@ -92,7 +92,7 @@ def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats
 
 
 @kernel
-def paint_rows(surfaces: Surfaces, middles: Floats3, keys: Keys1, is_noisy: bool) -> Bytes4:
+def draw_images(surfaces: Surfaces, middles: Floats3, keys: Keys1, is_noisy: bool) -> Bytes4:
     """N pictures of M objects each (N, 5, PIXELS, PIXELS).
 
     Args:

@@ -48,7 +48,7 @@ def _write_zone(item: Any, size: Floats, x: float, y: float, lighter: float, zon
 
 
 @kernel
-def draw_rows(kind: Ints1, keys: Keys1, table: SurfaceTable, surfaces: Surfaces) -> None:
+def draw_surfaces(kind: Ints1, keys: Keys1, table: SurfaceTable, surfaces: Surfaces) -> None:
     """Draw the surfaces of N objects.
 
     Args:

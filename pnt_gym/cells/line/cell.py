@@ -106,7 +106,7 @@ class LineCell:
         self.chooser = Chooser(config, cells, self.chances)
         self._threads = threads
         self.arriving = StreamSampler(config, self.chooser.planner)
-        _check_room(config, count, self.arriving.length)
+        _check(config, count, self.arriving.length)
         self.throws: ThrowExecutor = (
             TableThrows(self.chooser.tables)
             if config.throws == "table"
@@ -115,18 +115,16 @@ class LineCell:
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
         self.watched: CycleHistory | None = None
         """Recorded cycles of the first line's robots, for pictures; None records nothing."""
-        self.stream = self.arriving.empty_streams(count)
+        self.stream = self.arriving.empty(count)
         """Objects that come along the belts in this shift; a reset overwrites the streams of its lines."""
-        self.state = self._initial_state(count)
+        hands = np.tile(self.chooser.initial_hand, (len(config.robots), 1))
+        begin = partial(LineState.begin, objects=self.arriving.length, hands=hands, blank=self.chooser.tables.blank)
+        self.state = begin(count)
         """States of the lines; each step has arrays of its own, but for the books of objects."""
-        _warn_of_reach(config, self.chooser.tables, self.stream.riders[0])
-        self._initial = self._initial_state(1)
+        self._initial = begin(1)
         """State of a line at the begin of a shift."""
+        _warn_of_reach(config, self.chooser.tables, self.stream.riders[0])
         self.reset(np.arange(count), self.generators)
-
-    def _initial_state(self, count: int) -> LineState:
-        hands = np.tile(self.chooser.initial_hand(), (len(self.config.robots), 1))
-        return LineState.begin(count, self.arriving.length, hands, self.chooser.tables.blank)
 
     def reset(self, rows: Ints, generators: Generators) -> None:
         """Begin shifts in some lines, each with its own generator."""
@@ -268,7 +266,7 @@ class LineCell:
         return record_cycle(decision, tip, planner.config, planner.mover, self.throws.recording)
 
 
-def _check_room(config: LineConfig, count: int, objects: int) -> None:
+def _check(config: LineConfig, count: int, objects: int) -> None:
     check_whole_number("num_envs", count, MOST_CELLS)
     if count * objects > MOST_OBJECTS:
         raise ConfigError(

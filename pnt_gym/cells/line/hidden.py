@@ -35,11 +35,15 @@ def _per_choice(
     name: str, unit: str, meaning: str, value: Callable[[Truth], NDArray[np.generic]]
 ) -> tuple[Quantity, ...]:
     """A quantity of every choice, named by the choice's number; NaN where the choice does not exist."""
-
-    def choice_value(choice: int) -> Callable[[Truth], Floats]:
-        return lambda truth: np.where(truth.real[:, choice], value(truth)[:, choice], np.nan)
-
-    return tuple(Quantity(f"{name}_{choice}", unit, meaning, choice_value(choice)) for choice in range(CHOICES))
+    return tuple(
+        Quantity(
+            f"{name}_{choice}",
+            unit,
+            meaning,
+            lambda truth, choice=choice: np.where(truth.real[:, choice], value(truth)[:, choice], np.nan),
+        )
+        for choice in range(CHOICES)
+    )
 
 
 def _results(truth: Truth) -> Rows2[Result]:

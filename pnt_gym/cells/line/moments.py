@@ -148,22 +148,11 @@ def _write_lifts(tables: Tables, rider: Rider, passage: Passage, step: float, li
 
 
 @kernel_part
-def _worth(tables: Tables, rider: Rider, passage: Passage, lift: Choice) -> float:
-    """Value that a sealed attempt brings; 0 for a throw that ends after the shift."""
-    chance = landing_chance(tables.chances, rider.kind, lift)
-    if lift.lift + lift.throwing > tables.line[0].duration:
-        return 0.0
-    if 0.0 < passage.seal < 1.0:
-        return rider.worth * chance
-    return rider.worth if later_draw(rider.luck, passage.failures) < chance else 0.0
-
-
-@kernel_part
 def _write_moment(
     tables: Tables, rider: Rider, passage: Passage, before: Choice, after: Choice, moment: Moment
 ) -> None:
     """Write a moment from the lifts at its begin and at its end."""
-    speed = tables.line[0].speed
+    speed, luck = tables.line[0].speed, later_draw(rider.luck, passage.failures)
     moment.can_throw, moment.free, moment.worth = before.real or after.real, math.inf, 0.0
     moment.empty_free = before.lift + min(before.fading, after.fading)
     # Places move with the belt, and those of throws by what the ends of the step say.
@@ -180,7 +169,11 @@ def _write_moment(
     for lift in (before, after):
         if lift.real:
             moment.free = min(moment.free, before.lift + lift.throwing)
-            moment.worth = max(moment.worth, _worth(tables, rider, passage, lift))
+            chance = landing_chance(tables.chances, rider.kind, lift)
+            # By the table a sealed attempt brings its expected value; by the object's draws, all or nothing.
+            share = chance if 0.0 < passage.seal < 1.0 else 1.0 if luck < chance else 0.0
+            if lift.lift + lift.throwing <= tables.line[0].duration:
+                moment.worth = max(moment.worth, rider.worth * share)
 
 
 @kernel

@@ -20,7 +20,6 @@ from pnt_gym.cells.line.rows import (
     Outcome,
     Result,
     Rider,
-    RobotState,
     Tables,
     Tally,
     Worth,
@@ -119,18 +118,6 @@ def throw_by_table(
             result.ended_in = choice.bin if result.is_success else NOBODY
 
 
-@kernel_part
-def _end_cycle(tables: Tables, choice: Choice, picked: bool, arm: RobotState) -> float:
-    """Write the place at which a hand is free after a decision; returns the time until then [s]."""
-    for axis in range(3):
-        arm.hand[axis] = choice.stop[axis] if picked else choice.pick[axis]
-    if picked:
-        return choice.cycle
-    # The velocity of the belt fades evenly on average: its way is s T / 2.
-    arm.hand[0] += tables.line[0].speed * choice.fading / 2.0
-    return choice.lift + choice.fading
-
-
 @kernel
 def end_cycles(
     tables: Tables,
@@ -159,7 +146,13 @@ def end_cycles(
         if not choice.real:
             arm.free = arm.expected = outcome.end = clock + IDLE_TIME
             continue
-        cycle = _end_cycle(tables, choice, result.picked, arm)
+        for axis in range(3):
+            arm.hand[axis] = choice.stop[axis] if result.picked else choice.pick[axis]
+        cycle = choice.cycle
+        if not result.picked:
+            # The velocity of the belt fades evenly on average: its way is s T / 2.
+            arm.hand[0] += tables.line[0].speed * choice.fading / 2.0
+            cycle = choice.lift + choice.fading
         arm.free = outcome.end = clock + cycle
         arm.expected = clock + choice.cycle
         arm.busy += cycle - choice.wait
