@@ -55,7 +55,7 @@ class TossPlanner:
         self.motor_speed = build.servo.speed
         self.targets = config.tray.centres(len(config.items))
         grip, claws = config.grip, build.claws
-        _check_widths(config, claws, self.dimensions)
+        _check(config, claws, self.dimensions)
         # Check that the open claws need no angle outside the range of the platform's halves.
         grip, (low, high) = config.grip, np.rad2deg(self.dimensions.theta)
         singular = float(np.rad2deg(singular_angle(self.dimensions.home[:3], self.dimensions)))
@@ -237,7 +237,7 @@ class TossPlanner:
         return np.where(np.isnan(q[..., 0]), np.nan, np.abs(speeds).max(axis=-1)).max(axis=-1)
 
 
-def _check_widths(config: GripperConfig, claws: Claws, dimensions: Dimensions) -> None:
+def _check(config: GripperConfig, claws: Claws, dimensions: Dimensions) -> None:
     """Check that every item fits between the open claws, and is wide enough for the closed ones.
 
     Raises:

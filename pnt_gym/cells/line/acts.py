@@ -133,17 +133,20 @@ def record_cycle(
     share = np.minimum(moments / max(path.duration[0], SAMPLE_TIME), 1.0)[:, None]
     offset = tip + share * (context.cup_offset[0] - tip)
     approach = Track(decision.start + moments, path.sample(moments).position[0] + offset)
-    if not decision.picked:
-        motion = ThrowMotion.resting(context.pick)
-        if cell.belt.tracking:
-            motion = stop_motion(context.pick, limits, cell.belt.speed)
-        hand, object_track = _hand_track(decision, motion), None
-    elif recording is None:
-        motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
-        hand = _hand_track(decision, motion)
-        object_track = _object_track(decision, motion)
-    else:
+    if decision.picked and recording is not None:
         hand, object_track = _replay_tracks(decision, recording)
+    else:
+        # As planned: the throw, or the stop of a hand that carries nothing.
+        if decision.picked:
+            motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
+        elif cell.belt.tracking:
+            motion = stop_motion(context.pick, limits, cell.belt.speed)
+        else:
+            motion = ThrowMotion.resting(context.pick)
+        path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
+        moments = _sample_times(0.0, decision.end - decision.lift)
+        hand = Track(decision.lift + moments, path.sample(moments).position[0] + context.cup_offset[0])
+        object_track = _object_track(decision, path, float(motion.release_time[0])) if decision.picked else None
     time = np.concatenate([approach.time, hand.time])
     tip_track = Track(time, np.concatenate([approach.pose, hand.pose]))
     off_belt = decision.lift if cell.belt.tracking else decision.lift - cell.motion.dwell
@@ -165,18 +168,10 @@ def _sample_times(begin: float, end: float) -> Floats:
     return np.linspace(begin, end, max(int(np.ceil((end - begin) / SAMPLE_TIME)), 1) + 1)
 
 
-def _hand_track(decision: Decision, motion: ThrowMotion) -> Track:
-    """Track of the hand after the lift, as planned."""
-    path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
-    time = _sample_times(0.0, decision.end - decision.lift)
-    return Track(decision.lift + time, path.sample(time).position[0] + decision.context.cup_offset[0])
-
-
-def _object_track(decision: Decision, motion: ThrowMotion) -> Track:
+def _object_track(decision: Decision, path: JerkTrajectory, release_time: float) -> Track:
     """Track of the object: held until the planned release, flight without air, fall to the bottom of the bin."""
     context, plan = decision.context, decision.context.plan
-    path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
-    hold_times = _sample_times(0.0, float(motion.release_time[0]))
+    hold_times = _sample_times(0.0, release_time)
     flight_times = _sample_times(0.0, float(plan.flight_time[0]))
     points = flight_state(plan.position, plan.velocity, flight_times)[0]
     height = lying_size(context.objects.shape, context.objects.size)[0, 2]

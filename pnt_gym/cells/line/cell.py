@@ -28,7 +28,7 @@ from pnt_gym.cells.line.rows import LineState, Outcome, Result, Rider, Tables
 from pnt_gym.cells.line.stream import StreamSampler
 from pnt_gym.cells.line.throws import Attempt, SimulatedThrows, TableThrows, ThrowExecutor
 from pnt_gym.errors import ConfigError, OrderError, ReachWarning
-from pnt_gym.rows import Rows1
+from pnt_gym.rows import Rows1, Rows2
 
 USUAL_CYCLE: Final = 0.9
 """Typical time of a decision: 0.75 s with good planners, 1.4 s with random choices on the shipped levels [s]."""
@@ -183,7 +183,8 @@ class LineCell:
         objects = take(self.stream.objects, index).replace(percent=choices["percent"])
         riders = take(self.stream.riders, index)
         if not isinstance(self.throws, TableThrows):
-            return Truth(choices["real"], objects, riders, None, np.full(choices.shape, np.nan))
+            nothing: Rows2[Result] = Result.none(*choices.shape)
+            return Truth(choices["real"], objects, riders, nothing, np.full(choices.shape, np.nan))
         results = self.throws.predict(state, self.stream, choices)
         in_time = state.clock[:, None] + choices["cycle"] <= self.config.duration
         value = np.where(results["sorted"] & in_time, riders["worth"], 0.0)

@@ -104,7 +104,7 @@ class Chooser:
         Raises:
             ConfigError: the robots of a line find nothing that they can take.
         """
-        if not simulate.next_decisions(self.tables, state, stream.riders, lines, MOST_LOOKS):
+        if not simulate.advance(self.tables, state, stream.riders, lines, MOST_LOOKS):
             raise ConfigError(f"level {self._config.name!r}: the robots find no object that they can take")
 
     def plan_choices(self, robot: Ints, stream: Stream, choices: Rows1[Choice]) -> Context:

@@ -25,8 +25,8 @@ class Truth:
     """Whether each choice exists; other rows hold arbitrary values."""
     objects: Objects
     riders: Rows2[Rider]
-    results: Rows2[Result] | None
-    """Results of each throw; None where only a simulation can tell."""
+    results: Rows2[Result]
+    """Results of each throw; of no attempt where only a simulation can tell."""
     value: Floats
     """Value that each choice would bring in; NaN where only a simulation can tell."""
 
@@ -46,12 +46,6 @@ def _per_choice(
     )
 
 
-def _results(truth: Truth) -> Rows2[Result]:
-    """Results of the throws, by the table."""
-    assert truth.results is not None
-    return truth.results
-
-
 OBJECTS: Final = (
     *_per_choice(
         "true_kind", "-", "true item of the object of choice K, an index of `items`", lambda t: t.riders["kind"]
@@ -63,12 +57,12 @@ OBJECTS: Final = (
 """Quantities of every line."""
 BY_TABLE: Final = (
     *OBJECTS,
-    *_per_choice("picked", "-", "1 if the cup would seal on the object of choice K", lambda t: _results(t)["picked"]),
+    *_per_choice("picked", "-", "1 if the cup would seal on the object of choice K", lambda t: t.results["picked"]),
     *_per_choice(
-        "is_success", "-", "1 if the object would lie in the bin of the choice", lambda t: _results(t)["is_success"]
+        "is_success", "-", "1 if the object would lie in the bin of the choice", lambda t: t.results["is_success"]
     ),
     *_per_choice(
-        "sorted", "-", "1 if is_success_K is 1 and the bin takes the true item", lambda t: _results(t)["sorted"]
+        "sorted", "-", "1 if is_success_K is 1 and the bin takes the true item", lambda t: t.results["sorted"]
     ),
     *_per_choice("value", "-", "value that the choice would add before the shift ends", lambda t: t.value),
 )

@@ -34,7 +34,7 @@ RIDES, HELD, SORTED, MISPLACED, FLOOR = map(int, Fate)
 
 
 @kernel
-def next_decisions(tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, looks: int) -> bool:
+def advance(tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, looks: int) -> bool:
     """Advance some lines to their next decisions, or to the end of their shifts.
 
     Args:
@@ -90,7 +90,7 @@ def redraw(draws: Floats1, attempts: Ints1) -> Floats1:
 
 
 @kernel
-def throw_by_table(
+def predict(
     tables: Tables, state: LineState, riders: Rows2[Rider], choices: Rows2[Choice], results: Rows2[Result]
 ) -> None:
     """Write the results of choices of the deciding robots by the table of throws; nothing happens without a choice.
@@ -102,7 +102,7 @@ def throw_by_table(
         state: state of the lines.
         riders: objects of all lines (N, M).
         choices: choices of each line (N, C).
-        results: written, of `no_results` before (N, C).
+        results: written, of `Result.none` before (N, C).
     """
     for n in range(len(choices)):
         first_site = tables.stations[state.turns[n].robot].first_site

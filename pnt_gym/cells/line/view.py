@@ -133,26 +133,22 @@ class LineView(View):
             Marker(kind, size, np.array([slat, middle, belt.height]), np.eye(3).ravel(), _SLAT)
             for slat in np.arange(low + belt.speed * time % SLATS, high, SLATS)
         ]
-        markers = [*slats, *riding, *self._object_markers(time), *self._trails(time)]
+        markers = [*slats, *riding, *self._object_markers(time)]
         return self._scene.model, self._scene.data, markers
 
     def _object_markers(self, time: float) -> list[Marker]:
-        """Markers of objects in hands, in the air and at rest."""
+        """Markers of objects in hands, in the air and at rest, and dots along the past paths of the moving ones."""
         cycles = [(cycle, pose) for cycle in self._cell.acts.cycles if (pose := cycle.object_pose(time)) is not None]
-        if not cycles:
-            return []
-        objects_index: Ints = np.array([cycle.number for cycle, _ in cycles])
-        poses: Floats = np.stack([pose for _, pose in cycles])
-        poses[:, 0] += self._robot_x[[cycle.robot for cycle, _ in cycles]]
-        return object_markers(take(self._cell.stream.objects, (0, objects_index)), poses[:, :3], poses[:, 3:])
-
-    def _trails(self, time: float) -> list[Marker]:
-        """Dots along the past path of objects that are in hands or in the air."""
-        dots = list[Marker]()
+        markers = list[Marker]()
+        if cycles:
+            objects_index: Ints = np.array([cycle.number for cycle, _ in cycles])
+            poses: Floats = np.stack([pose for _, pose in cycles])
+            poses[:, 0] += self._robot_x[[cycle.robot for cycle, _ in cycles]]
+            markers += object_markers(take(self._cell.stream.objects, (0, objects_index)), poses[:, :3], poses[:, 3:])
         for cycle in self._cell.acts.cycles:
             if cycle.object_track is None or not cycle.lift <= time < cycle.object_track.time[-1]:
                 continue
             for moment in np.arange(cycle.lift, time, TRAIL):
                 middle = cycle.object_track.at(moment)[:3] + np.array([self._robot_x[cycle.robot], 0.0, 0.0])
-                dots.append(Marker.dot(middle, np.array(FLIGHT), 0.011))
-        return dots
+                markers.append(Marker.dot(middle, np.array(FLIGHT), 0.011))
+        return markers

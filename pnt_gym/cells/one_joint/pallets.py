@@ -105,12 +105,6 @@ def pocket(part: Part) -> Boxes:
     )
 
 
-def stand() -> Boxes:
-    """Boxes of a T fixed upside down under an H: its stem in the H's slot, the H's legs on its bar (Fig. 16a)."""
-    face = BAR - TEE.half_height
-    return tuple((-u, AITCH.half_height + face - v, a, b, turn) for u, v, a, b, turn in TEE.boxes)
-
-
 def stack_pose(pose: Floats) -> Floats:
     """Poses (..., 3) of a T whose stem is in the upper slot of an H at poses (..., 3), both upside down (Fig. 16b)."""
     rise = AITCH.half_height + BAR - TEE.half_height
@@ -128,8 +122,17 @@ SORTING: Final = (
     Pallet("pallet_3", _goal(-0.40, 0.10, 195.0, -1.70), pocket(BLOCK)),
 )
 """Three pockets for the block. The first goal is the paper's; the others are ours, see the module's text."""
-STAND: Final = Pallet("stand", _goal(0.42, -0.06, 189.0, -2.20), stand(), depth=AITCH.depth, rgba=DARK_WOOD)
+_UNDER: Final = AITCH.half_height + (BAR - TEE.half_height)
+STAND: Final = Pallet(
+    "stand",
+    _goal(0.42, -0.06, 189.0, -2.20),
+    tuple((-u, _UNDER - v, a, b, turn) for u, v, a, b, turn in TEE.boxes),
+    depth=AITCH.depth,
+    rgba=DARK_WOOD,
+)
 """Pallet of the assembly, and the goal of the H.
+
+The boxes are a T fixed upside down under the H: its stem in the H's slot, the H's legs on its bar (Fig. 16a).
 
 The part must not turn much while the stem enters the slot, so the goal is low, where the fall is fast: 15 mm take 7 ms
 and 3 deg. The goal lies to the right of the arm's sweep, where the falling part is 15 cm away from the rising one. The

@@ -87,7 +87,7 @@ class Part:
                 raise ConfigError(f"{name} of part {self.name!r} is {value}, but must be positive.")
         if not self.area > 0.0:
             raise ConfigError(f"outline of part {self.name!r} has area {self.area} m2, but must run anticlockwise.")
-        centroid = _moments(np.array(self.outline))[0]
+        centroid = _moments(np.array(self.outline))[1]
         if float(np.abs(centroid).max()) > _LARGEST_OFFSET:
             raise ConfigError(f"centroid of part {self.name!r} is at {centroid} m, but must be at the origin.")
 
@@ -99,18 +99,18 @@ class Part:
     @cached_property
     def area(self) -> float:
         """Area of the cross-section [m2]."""
-        return float(_cross_products(np.array(self.outline)).sum() / 2.0)
+        return _moments(np.array(self.outline))[0]
 
     @cached_property
     def inertia(self) -> float:
         """Moment of inertia J about the centre of mass, across the plane [kg m2]."""
-        second = _moments(np.array(self.outline))[1]
+        second = _moments(np.array(self.outline))[2]
         return self.density * self.depth * float(second.sum())
 
     @cached_property
     def inertias(self) -> tuple[float, float, float]:
         """Moments of inertia about the part's u axis, the axis across the plane, and the v axis [kg m2]."""
-        along_u, along_v = self.density * self.depth * _moments(np.array(self.outline))[1]
+        along_u, along_v = self.density * self.depth * _moments(np.array(self.outline))[2]
         # A prism adds m depth^2 / 12 about axes in its plane; about u counts the extent along v, and vice versa.
         flat = self.mass * self.depth**2 / 12.0
         return float(along_v + flat), self.inertia, float(along_u + flat)
@@ -184,31 +184,23 @@ def turn_quaternion(angle: float) -> Floats:
     return np.array([np.cos(angle / 2), 0.0, -np.sin(angle / 2), 0.0])
 
 
-def _cross_products(outline: Floats) -> Floats:
-    """Twice the areas of the triangles between the origin and each side of a polygon (V, 2), (V,) [m2]."""
+def _moments(outline: Floats) -> tuple[float, Floats, Floats]:
+    """Area, centroid (2,) and second moments of area (2,), of u^2 and of v^2, of a polygon (V, 2), by Green's theorem.
+
+    All are sums over the triangles between the origin and the sides, a side's ends being a and b.
+    """
     a, b = outline, np.roll(outline, -1, axis=0)
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-
-
-def _moments(outline: Floats) -> tuple[Floats, Floats]:
-    """Centroid (2,) and second moments of area (2,), of u^2 and of v^2, of a polygon (V, 2) by Green's theorem."""
-    a, b, cross = outline, np.roll(outline, -1, axis=0), _cross_products(outline)[:, None]
-    area = cross.sum() / 2.0
-    # Sums over the triangles between the origin and the sides, a side's ends being a and b.
+    cross = (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])[:, None]
+    area = float(cross.sum() / 2.0)
     centroid = ((a + b) * cross).sum(axis=0) / (6.0 * area)
     second = ((a * a + a * b + b * b) * cross).sum(axis=0) / 12.0
     # Parallel axes: from the origin to the centroid.
-    return centroid, second - area * centroid**2
+    return area, centroid, second - area * centroid**2
 
 
 def _box(u: tuple[float, float], v: tuple[float, float]) -> tuple[float, float, float, float, float]:
     """An upright box between two values of u and two values of v."""
     return (u[0] + u[1]) / 2, (v[0] + v[1]) / 2, (u[1] - u[0]) / 2, (v[1] - v[0]) / 2, 0.0
-
-
-def _block() -> Part:
-    h, d = WIDTH / 2, 0.015
-    return Part(name="block", outline=((-h, -d), (h, -d), (h, d), (-h, d)), boxes=(_box((-h, h), (-d, d)),))
 
 
 def _tee() -> Part:
@@ -220,7 +212,7 @@ def _tee() -> Part:
     # The nose is a square on its corner. Its diagonal is the stem's width: its lower half is hidden in the stem.
     half = float(STEM / np.sqrt(8.0))
     boxes = (_box((-h, h), (0.0, BAR)), _box((-s, s), (BAR, shoulder)), (0.0, shoulder, half, half, np.pi / 4))
-    u, v = (float(value) for value in _moments(np.array(corners))[0])
+    u, v = (float(value) for value in _moments(np.array(corners))[1])
     return Part(
         name="tee",
         outline=tuple((a - u, b - v) for a, b in corners),
@@ -238,6 +230,9 @@ def _aitch() -> Part:
     return Part(name="aitch", outline=(*right, *left), boxes=boxes, rgba=AITCH_COLOUR)
 
 
-BLOCK: Final = _block()
+_H, _D = WIDTH / 2, 0.015
+BLOCK: Final = Part(
+    name="block", outline=((-_H, -_D), (_H, -_D), (_H, _D), (-_H, _D)), boxes=(_box((-_H, _H), (-_D, _D)),)
+)
 TEE: Final = _tee()
 AITCH: Final = _aitch()
