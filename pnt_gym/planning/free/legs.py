@@ -101,7 +101,7 @@ def return_leg(
         by=SLOWER * clearing_time(limits, count, rules.clear_distance),
     )
     before = np.where(valid[:, None], velocity, 0.0)
-    turn = _Rotation.from_velocity(before)
+    turn = _Rotation.of(before)
     moves = fast_transfer(
         turn.rotate(way),
         turn.rotate(before),
@@ -124,7 +124,7 @@ class _Rotation(NamedTuple):
     sine: Floats
 
     @classmethod
-    def from_velocity(cls, velocity: Floats) -> _Rotation:
+    def of(cls, velocity: Floats) -> _Rotation:
         speed = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
         moving = speed > 0.0
         divisor = np.where(moving, speed, 1.0)

@@ -86,7 +86,7 @@ def free_releases(
     Raises:
         ValueError: an input is NaN or infinite, or shapes disagree.
     """
-    frame = Frame.from_picks(picks, targets)
+    frame = Frame.of(picks, targets)
     count = len(frame.picks)
     rows = limits.arrays(count)
     roof = finite_rows(ceiling, count, "ceiling")

@@ -212,8 +212,9 @@ def _find_borders(block: ChaseBlock, lanes: int) -> None:
 
 
 @kernel_part
-def _halve_surely(block: ChaseBlock, lanes: int) -> None:
-    """Bisect the brackets of a block's lanes as long as the borders tell where hands are late."""
+def _halve_brackets(block: ChaseBlock, lanes: int) -> None:
+    """Bisect the brackets of a block's lanes, as `_border_time`; lateness is tried only next to the borders."""
+    # As long as the borders tell where hands are late, nothing is tried.
     for _ in range(SURE_HALVINGS):
         for lane in range(lanes):
             late, met, border = block.late[lane], block.met[lane], block.border[lane]
@@ -222,12 +223,6 @@ def _halve_surely(block: ChaseBlock, lanes: int) -> None:
             block.halved[lane] += 1.0 if is_sure else 0.0
             block.late[lane] = middle if is_sure & is_late else late
             block.met[lane] = middle if is_sure & (not is_late) else met
-
-
-@kernel_part
-def _halve_brackets(block: ChaseBlock, lanes: int) -> None:
-    """Bisect the brackets of a block's lanes, as `_border_time`; lateness is tried only next to the borders."""
-    _halve_surely(block, lanes)
     for _ in range(HALVINGS):
         moves = 0
         for lane in range(lanes):

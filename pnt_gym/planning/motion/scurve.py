@@ -49,26 +49,22 @@ class SCurve(Generic[ValueT]):
         One curve: the results have the shape of ``t``. N curves: ``t`` of shape () gives (N,); (M,) gives (N,
         M) with every curve read at the same times; (N, M) gives (N, M). The curve rests before 0, after T.
         """
-        time, curve = self._align(t)
+        time, durations = numbers(t, "t"), self.durations
+        columns = [self.distance, self.velocity, self.acceleration, self.jerk, self.duration]
+        arrays = [np.asarray(c, dtype=np.float64) for c in columns]
+        if np.ndim(self.distance) == 1 and time.ndim > 0:
+            count = arrays[0].shape[0]
+            if time.ndim > 2 or (time.ndim == 2 and time.shape[0] != count):
+                raise PlanningError(f"times must have shape (), (M,) or ({count}, M), got {time.shape}")
+            arrays, durations = [a[:, None] for a in arrays], durations[:, None]
+        time = np.broadcast_to(time, np.broadcast_shapes(arrays[0].shape, time.shape))
+        curve = SCurve[Floats](*arrays, durations=durations)
         # Mirror the second half onto the first: the curve is symmetric, so both ends come out exact.
         second_half = time > 0.5 * curve.duration
         folded = np.maximum(np.where(second_half, curve.duration - time, time), 0.0)
         position, speed, acceleration = _first_half(curve, folded)
         position = np.where(second_half, curve.distance - position, position)
         return position, speed, np.where(second_half, -acceleration, acceleration)
-
-    def _align(self, t: ArrayLike) -> tuple[Floats, SCurve[Floats]]:
-        """Times, and the curve's numbers shaped to broadcast against the times."""
-        time = numbers(t, "t")
-        columns = [self.distance, self.velocity, self.acceleration, self.jerk, self.duration]
-        arrays, durations = [np.asarray(c, dtype=np.float64) for c in columns], self.durations
-        if np.ndim(self.distance) == 1 and time.ndim > 0:
-            count = arrays[0].shape[0]
-            if time.ndim > 2 or (time.ndim == 2 and time.shape[0] != count):
-                raise PlanningError(f"times must have shape (), (M,) or ({count}, M), got {time.shape}")
-            arrays, durations = [a[:, None] for a in arrays], durations[:, None]
-        shape = np.broadcast_shapes(arrays[0].shape, time.shape)
-        return np.broadcast_to(time, shape), SCurve[Floats](*arrays, durations=durations)
 
 
 def _first_half(curve: SCurve[Floats], time: Floats) -> tuple[Floats, Floats, Floats]:

@@ -87,7 +87,7 @@ def _best(task: Task, family: Family) -> tuple[ArmMotion, Floats]:
     if family.base is not None:
         accelerations = accelerations + family.base.values[shape]
     brake = braking_acceleration(task.u[:, 1], task.arm)
-    motion = ArmMotion.from_accelerations(course.start, duration / INTERVALS, accelerations, brake)
+    motion = ArmMotion.of(course.start, duration / INTERVALS, accelerations, brake)
     return motion, motion_margins(motion, task.radius, task.arm, task.block)
 
 

@@ -107,21 +107,19 @@ def _grid_point(best: float, foot: float, above: int, k: int) -> float:
 
 
 @kernel_part
-def _roof_slack(throw: PlaneThrow, high: float, slope: float) -> float:
-    """`_slack` of a ceiling alone, ``high`` above the pick, at a positive slope, without branches."""
-    secant = math.sqrt(1.0 + slope * slope)
-    length, distance = throw.reach * secant, high * (secant / slope)
-    room = _room(throw, length, flight_time(throw, slope), distance)
-    return math.inf if distance >= length else room
-
-
-@kernel_part
 def _roof_slacks(throw: PlaneThrow, high: float, best: float, foot: float, first: int, slacks: Floats) -> None:
-    """Write `_roof_slack` at points of the downward grid from ``first`` on; the loop becomes vector instructions."""
+    """Write `_slack` of a ceiling alone, ``high`` above the pick, at points of the downward grid from ``first`` on.
+
+    The slopes are positive. Without branches, the loop becomes vector instructions.
+    """
     for i in range(len(slacks)):
         share = 1.0 - (first + i) / GRID
         share *= share
-        slacks[i] = _roof_slack(throw, high, best * share + foot * (1.0 - share))
+        slope = best * share + foot * (1.0 - share)
+        secant = math.sqrt(1.0 + slope * slope)
+        length, distance = throw.reach * secant, high * (secant / slope)
+        room = _room(throw, length, flight_time(throw, slope), distance)
+        slacks[i] = math.inf if distance >= length else room
 
 
 @kernel_part
