@@ -125,7 +125,7 @@ class GraspConfig(ConveyorConfig):
 
     @model_validator(mode="before")
     @classmethod
-    def _draw_items(cls, data: object) -> object:
+    def _read(cls, data: object) -> object:
         """The level with the names of drawn kinds as its items; a section that is wrong is refused by its own form."""
         values = _keys_of(data)
         drawn = values.get("drawn")

@@ -108,7 +108,7 @@ def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
         objects: N objects; `seal` is the force on the item's own surface.
         places: axes of the cups from the middles of the outlines, along the world's axes (N, P, 2) [m].
     """
-    force, leak = np.empty((2, *places.shape[:2]))
+    force, leak = (np.empty(places.shape[:2]) for _ in range(2))
     seal_kernel.seal_at(surfaces, *in_order(objects.seal, objects.cup_radius, places), force, leak)
     return Seals(force, leak)
 

@@ -223,7 +223,7 @@ class GripperConfig(ItemsConfig):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_from_conveyor(cls, data: Any) -> Any:
+    def _read(cls, data: Any) -> Any:
         """Fill in the values of the conveyor cell that this cell does not set."""
         entries = cast("dict[str, Any]", data) if isinstance(data, dict) else {}
         if entries.get("conveyor") is None:

@@ -17,7 +17,7 @@ from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.base.parallel import work_in_parts
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.line import simulate
-from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle, record_cycle
+from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle
 from pnt_gym.cells.line.chances import Chances, required_table
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import LineConfig
@@ -123,7 +123,7 @@ class LineCell:
         """States of the lines; each step has arrays of its own, but for the books of objects."""
         self._initial = begin(1)
         """State of a line at the begin of a shift."""
-        _warn_of_reach(config, self.chooser.tables, self.stream.riders[0])
+        _warn(config, self.chooser.tables, self.stream.riders[0])
         self.reset(np.arange(count), self.generators)
 
     def reset(self, rows: Ints, generators: Generators) -> None:
@@ -264,7 +264,7 @@ class LineCell:
             in_bin=bool(decisions.results["ended_in"][0] >= 0),
         )
         tip = self.acts.tips(start)[robot] - before.arms["hand"][0, robot]
-        return record_cycle(decision, tip, planner.config, planner.mover, self.throws.recording)
+        return RobotCycle.of(decision, tip, planner.config, planner.mover, self.throws.recording)
 
 
 def _check(config: LineConfig, count: int, objects: int) -> None:
@@ -277,7 +277,7 @@ def _check(config: LineConfig, count: int, objects: int) -> None:
         )
 
 
-def _warn_of_reach(config: LineConfig, tables: Tables, riders: Rows1[Rider]) -> None:
+def _warn(config: LineConfig, tables: Tables, riders: Rows1[Rider]) -> None:
     """Warn of objects (M,) that no robot can throw into a bin that takes them, with the shares of their items."""
     items, kinds = config.cell.items, riders["kind"]
     unreached: Ints = np.flatnonzero(~find_reach(tables, riders).any(axis=1))

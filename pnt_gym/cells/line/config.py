@@ -124,7 +124,7 @@ class LineConfig(LevelConfig):
 
     @field_validator("cell", mode="before")
     @classmethod
-    def _load_cell(cls, value: object, info: ValidationInfo) -> object:
+    def _read(cls, value: object, info: ValidationInfo) -> object:
         """The conveyor level that the differences in `cell` describe; on a line its neighbours are ghosts."""
         if isinstance(value, str | Path):
             value = {"base": value}

@@ -58,15 +58,6 @@ PASSAGE, MOMENT, CHOICE, THROW = Passage.dtype, Moment.dtype, Choice.dtype, Thro
 
 
 @kernel_part
-def _count_failures(rider: Rider, picked: float) -> int:
-    """Attempts to pick an object that fail by its draws before one seals, where a share of picks seals."""
-    for failures in range(MOST_FAILURES):
-        if later_draw(rider.seal, failures) >= 1.0 - picked:
-            return failures
-    return MOST_FAILURES
-
-
-@kernel_part
 def _write_times(tables: Tables, rider: Rider, step: float, passage: Passage) -> bool:
     """Write the times of a passage of known robot and setting; returns whether there are any."""
     line, setting = tables.line[0], tables.settings[passage.setting]
@@ -107,8 +98,10 @@ def list_passages(tables: Tables, riders: Rows1[Rider], step: float, is_drawn: b
                 station.first_setting <= setting < station.end_setting
             )
             takes = tables.can_take[r, rider.seen] and tables.accepts[site, rider.seen]
-            picked = float(tables.chances.picked[rider.kind])
-            failures = _count_failures(rider, picked) if is_drawn else 0
+            picked, failures = float(tables.chances.picked[rider.kind]), 0
+            # Attempts that fail by the object's draws before one seals.
+            while is_drawn and failures < MOST_FAILURES and later_draw(rider.seal, failures) < 1.0 - picked:
+                failures += 1
             if not (is_own and takes and tables.accepts[site, rider.kind]) or failures == MOST_FAILURES:
                 continue
             for fails in range(1 + (failures > 0)):

@@ -9,7 +9,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.free.approach import Entry, approach_entry
+from pnt_gym.planning.free.approach import Entry
 from pnt_gym.planning.free.release import clearing_time
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import Limits
@@ -84,7 +84,7 @@ def return_leg(
         fall, still = np.tile([0.0, 0.0, -rules.approach], (count, 1)), np.zeros((count, 3))
         entry = Entry(still, still, rest_to_rest(fall, limits))
     else:
-        entry = approach_entry(limits, count, rules.approach)
+        entry = Entry.of(limits, count, rules.approach)
     down = entry.down
     way = next_picks + np.array([0.0, 0.0, rules.approach]) - start
     if drift is not None:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, finite_rows, length, take
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.free.approach import SPEEDING, approach_entry
+from pnt_gym.planning.free.approach import SPEEDING, Entry
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.scurve import brake_distance
@@ -119,7 +119,7 @@ def _best_choice(
     position, velocity, flight = _release(take(frame, rows), row_limits.velocity, choices.reshape(3, -1), roof[rows])
     room = greatest_height(roof, rules)[rows] - position[:, 2]
     good = (flight > 0.0) & (CAUTION * _rise(velocity, row_limits, rules) <= room)
-    falling = approach_entry(limits, count, rules.approach).velocity[rows]
+    falling = Entry.of(limits, count, rules.approach).velocity[rows]
     picks = frame.picks[rows]
     above, start = picks + np.array([0.0, 0.0, rules.approach]), position + rules.window * velocity
     time = estimate(position - picks, np.zeros_like(picks), velocity, row_limits)

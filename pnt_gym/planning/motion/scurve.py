@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Floats, column, finite_points, in_order, numbers, of_kind, rows_of_three
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion import kernel
-from pnt_gym.planning.motion.limits import LimitRows, Limits, MotionLimits, limit_rows
+from pnt_gym.planning.motion.limits import Limits, MotionLimits, limit_rows
 from pnt_gym.planning.motion.rows import Segments
 
 # float for one curve, an (N,) array for a batch.
@@ -108,19 +108,14 @@ def min_time_scurve(distance: float | Floats, limits: MotionLimits) -> SCurve[fl
         raise PlanningError(f"distance must be one number or have shape (N,), got shape {stroke.shape}")
     single = stroke.ndim == 0 and limits.count is None
     count = limits.count or 1 if stroke.ndim == 0 else stroke.shape[0]
-    curves = scurves(np.ascontiguousarray(np.broadcast_to(stroke, (count,))), limits.arrays(count))
-    if not single:
-        return curves
-    values = (curves.distance, curves.velocity, curves.acceleration, curves.jerk, curves.duration)
-    return SCurve[float](*(float(v[0]) for v in values), durations=curves.durations[0])
-
-
-def scurves(distance: Floats, limits: LimitRows) -> SCurve[Floats]:
-    """Return the minimum-time S-curves over ``distance`` (N,) [m], as `min_time_scurve`."""
-    strokes: Any = kernel.strokes(_distances(distance), limits).view(np.recarray)
+    rows, way = limits.arrays(count), _distances(np.ascontiguousarray(np.broadcast_to(stroke, (count,))))
+    strokes: Any = kernel.strokes(way, rows).view(np.recarray)
     ramp, plateau = strokes.ramp, strokes.plateau
     durations = np.stack([ramp, plateau, ramp, strokes.cruise, ramp, plateau, ramp], axis=-1)
-    return SCurve[Floats](distance, strokes.speed, strokes.acceleration, limits.jerk, strokes.time, durations)
+    columns = way, strokes.speed, strokes.acceleration, rows.jerk, strokes.time
+    if not single:
+        return SCurve[Floats](*columns, durations)
+    return SCurve[float](*(float(column[0]) for column in columns), durations=durations[0])
 
 
 @overload
