@@ -87,7 +87,7 @@ class Part:
                 raise ConfigError(f"{name} of part {self.name!r} is {value}, but must be positive.")
         if not self.area > 0.0:
             raise ConfigError(f"outline of part {self.name!r} has area {self.area} m2, but must run anticlockwise.")
-        centroid = _moments(np.array(self.outline))[1]
+        centroid = _moments(np.array(self.outline))[0]
         if float(np.abs(centroid).max()) > _LARGEST_OFFSET:
             raise ConfigError(f"centroid of part {self.name!r} is at {centroid} m, but must be at the origin.")
 
@@ -99,18 +99,18 @@ class Part:
     @cached_property
     def area(self) -> float:
         """Area of the cross-section [m2]."""
-        return _moments(np.array(self.outline))[0]
+        return float(_cross_products(np.array(self.outline)).sum() / 2.0)
 
     @cached_property
     def inertia(self) -> float:
         """Moment of inertia J about the centre of mass, across the plane [kg m2]."""
-        second = _moments(np.array(self.outline))[2]
+        second = _moments(np.array(self.outline))[1]
         return self.density * self.depth * float(second.sum())
 
     @cached_property
     def inertias(self) -> tuple[float, float, float]:
         """Moments of inertia about the part's u axis, the axis across the plane, and the v axis [kg m2]."""
-        along_u, along_v = self.density * self.depth * _moments(np.array(self.outline))[2]
+        along_u, along_v = self.density * self.depth * _moments(np.array(self.outline))[1]
         # A prism adds m depth^2 / 12 about axes in its plane; about u counts the extent along v, and vice versa.
         flat = self.mass * self.depth**2 / 12.0
         return float(along_v + flat), self.inertia, float(along_u + flat)
@@ -184,18 +184,21 @@ def turn_quaternion(angle: float) -> Floats:
     return np.array([np.cos(angle / 2), 0.0, -np.sin(angle / 2), 0.0])
 
 
-def _moments(outline: Floats) -> tuple[float, Floats, Floats]:
-    """Area, centroid (2,) and second moments of area (2,), of u^2 and of v^2, of a polygon (V, 2), by Green's theorem.
-
-    All are sums over the triangles between the origin and the sides, a side's ends being a and b.
-    """
+def _cross_products(outline: Floats) -> Floats:
+    """Twice the areas of the triangles between the origin and each side of a polygon (V, 2), (V,) [m2]."""
     a, b = outline, np.roll(outline, -1, axis=0)
-    cross = (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])[:, None]
-    area = float(cross.sum() / 2.0)
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+
+
+def _moments(outline: Floats) -> tuple[Floats, Floats]:
+    """Centroid (2,) and second moments of area (2,), of u^2 and of v^2, of a polygon (V, 2) by Green's theorem."""
+    a, b, cross = outline, np.roll(outline, -1, axis=0), _cross_products(outline)[:, None]
+    area = cross.sum() / 2.0
+    # Sums over the triangles between the origin and the sides, a side's ends being a and b.
     centroid = ((a + b) * cross).sum(axis=0) / (6.0 * area)
     second = ((a * a + a * b + b * b) * cross).sum(axis=0) / 12.0
     # Parallel axes: from the origin to the centroid.
-    return area, centroid, second - area * centroid**2
+    return centroid, second - area * centroid**2
 
 
 def _box(u: tuple[float, float], v: tuple[float, float]) -> tuple[float, float, float, float, float]:
@@ -212,7 +215,7 @@ def _tee() -> Part:
     # The nose is a square on its corner. Its diagonal is the stem's width: its lower half is hidden in the stem.
     half = float(STEM / np.sqrt(8.0))
     boxes = (_box((-h, h), (0.0, BAR)), _box((-s, s), (BAR, shoulder)), (0.0, shoulder, half, half, np.pi / 4))
-    u, v = (float(value) for value in _moments(np.array(corners))[1])
+    u, v = (float(value) for value in _moments(np.array(corners))[0])
     return Part(
         name="tee",
         outline=tuple((a - u, b - v) for a, b in corners),
