@@ -78,7 +78,7 @@ def kernel(function: FunctionT) -> FunctionT:
         compiled.enable_caching()
         # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
         kept = compiled._cache._cache_file
-        kept._source_stamp = source_digest(function)
+        kept._source_stamp = digest(function)
         if not _is_kept(kept):
             _announce()
         compiled.compile(signature)
@@ -113,7 +113,7 @@ def _is_kept(file: Any) -> bool:
         return False
 
 
-def source_digest(function: FunctionType) -> str:
+def digest(function: FunctionType) -> str:
     """The digest of what the machine code of a function is made from.
 
     This is the text of the files that hold the function and every compiled function that it calls, at any depth, and

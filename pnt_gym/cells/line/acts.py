@@ -96,7 +96,7 @@ class RobotCycle:
         # The hand moves to its object, and along with the object until the lift.
         _, back = mover.meet(ThrowMotion.resting(decision.hand), decision.place, limits)
         path = JerkTrajectory.concatenate(decision.hand, [back], rides=True)
-        moments = _sample_times(0.0, decision.lift - decision.start)
+        moments = _times(0.0, decision.lift - decision.start)
         share = np.minimum(moments / max(path.duration[0], SAMPLE_TIME), 1.0)[:, None]
         offset = tip + share * (context.cup_offset[0] - tip)
         approach = Track(decision.start + moments, path.sample(moments).position[0] + offset)
@@ -111,7 +111,7 @@ class RobotCycle:
             else:
                 motion = ThrowMotion.resting(context.pick)
             path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
-            moments = _sample_times(0.0, decision.end - decision.lift)
+            moments = _times(0.0, decision.end - decision.lift)
             hand = Track(decision.lift + moments, path.sample(moments).position[0] + context.cup_offset[0])
             object_track = _object_track(decision, path, float(motion.release_time[0])) if decision.picked else None
         time = np.concatenate([approach.time, hand.time])
@@ -163,7 +163,7 @@ class Decision(NamedTuple):
     """Whether the object lies in a bin."""
 
 
-def _sample_times(begin: float, end: float) -> Floats:
+def _times(begin: float, end: float) -> Floats:
     """Times from `begin` to `end` [s], both included."""
     return np.linspace(begin, end, max(int(np.ceil((end - begin) / SAMPLE_TIME)), 1) + 1)
 
@@ -171,8 +171,8 @@ def _sample_times(begin: float, end: float) -> Floats:
 def _object_track(decision: Decision, path: JerkTrajectory, release_time: float) -> Track:
     """Track of the object: held until the planned release, flight without air, fall to the bottom of the bin."""
     context, plan = decision.context, decision.context.plan
-    hold_times = _sample_times(0.0, release_time)
-    flight_times = _sample_times(0.0, float(plan.flight_time[0]))
+    hold_times = _times(0.0, release_time)
+    flight_times = _times(0.0, float(plan.flight_time[0]))
     points = flight_state(plan.position, plan.velocity, flight_times)[0]
     height = lying_size(context.objects.shape, context.objects.size)[0, 2]
     hang_offset = context.cup_offset[0] + [*context.grasp[0], -LIP_GAP - height / 2]
@@ -181,7 +181,7 @@ def _object_track(decision: Decision, path: JerkTrajectory, release_time: float)
     if decision.in_bin:
         # Free fall from the opening to the bottom of the bin: t = sqrt(2 h / g).
         drop = max(path_points[-1, 2] - float(context.target[0, 2] - context.bin_depth[0]) - height / 2, 0.0)
-        fall_times = _sample_times(0.0, np.sqrt(2.0 * drop / GRAVITY))
+        fall_times = _times(0.0, np.sqrt(2.0 * drop / GRAVITY))
         fall_points = path_points[-1] - np.array([0.0, 0.0, 0.5 * GRAVITY]) * fall_times[:, None] ** 2
         path_points, time = np.concatenate([path_points, fall_points]), np.concatenate([time, time[-1] + fall_times])
     attitude = np.tile(yaw_attitude(context.objects.yaw), (len(path_points), 1))

@@ -123,7 +123,7 @@ class LineCell:
         """States of the lines; each step has arrays of its own, but for the books of objects."""
         self._initial = begin(1)
         """State of a line at the begin of a shift."""
-        _warn(config, self.chooser.tables, self.stream.riders[0])
+        warn_of_reach(config, self.chooser.tables, self.stream.riders[0])
         self.reset(np.arange(count), self.generators)
 
     def reset(self, rows: Ints, generators: Generators) -> None:
@@ -277,7 +277,7 @@ def _check(config: LineConfig, count: int, objects: int) -> None:
         )
 
 
-def _warn(config: LineConfig, tables: Tables, riders: Rows1[Rider]) -> None:
+def warn_of_reach(config: LineConfig, tables: Tables, riders: Rows1[Rider]) -> None:
     """Warn of objects (M,) that no robot can throw into a bin that takes them, with the shares of their items."""
     items, kinds = config.cell.items, riders["kind"]
     unreached: Ints = np.flatnonzero(~find_reach(tables, riders).any(axis=1))

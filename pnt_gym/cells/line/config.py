@@ -166,7 +166,7 @@ class LineConfig(LevelConfig):
                 f"{MOST_OBJECTS} are drawn: shorten the shift, or move the robots closer together"
             )
         yield from self._sheet_problems()
-        yield from self._robot_problems()
+        yield from self.robot_problems()
         yield from self.cell.strangers("value.of", self.value.of)
         yield from self.cell.strangers("cost.per_tonne", self.cost.per_tonne)
         yield from self._skill_problems()
@@ -229,7 +229,7 @@ class LineConfig(LevelConfig):
                 for clause in (*cell.robot_problems(), *cell.ride_problems()):
                     yield f"robot {robot.name!r}: {clause}"
 
-    def _robot_problems(self) -> Iterator[str]:
+    def robot_problems(self) -> Iterator[str]:
         """What is wrong with the robots beside each other: names, bins that fill, windows and standstills."""
         names = [robot.name for robot in self.robots]
         if len(set(names)) != len(names):

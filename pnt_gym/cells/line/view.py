@@ -133,10 +133,10 @@ class LineView(View):
             Marker(kind, size, np.array([slat, middle, belt.height]), np.eye(3).ravel(), _SLAT)
             for slat in np.arange(low + belt.speed * time % SLATS, high, SLATS)
         ]
-        markers = [*slats, *riding, *self._object_markers(time)]
+        markers = [*slats, *riding, *self.markers_at(time)]
         return self._scene.model, self._scene.data, markers
 
-    def _object_markers(self, time: float) -> list[Marker]:
+    def markers_at(self, time: float) -> list[Marker]:
         """Markers of objects in hands, in the air and at rest, and dots along the past paths of the moving ones."""
         cycles = [(cycle, pose) for cycle in self._cell.acts.cycles if (pose := cycle.object_pose(time)) is not None]
         markers = list[Marker]()
