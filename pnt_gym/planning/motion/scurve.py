@@ -131,11 +131,6 @@ def speed_at(distance: float | Floats, limits: MotionLimits) -> float | Floats:
     return min_time_scurve(2.0 * numbers(distance, "distance"), limits).velocity
 
 
-def line_segments(direction: Floats, durations: Floats, jerks: Floats) -> Segments:
-    """Return segments along unit vectors ``direction`` (N, 3) with signed jerks (N, K) [m/s3]."""
-    return Segments(durations, jerks[:, :, None] * direction[:, None, :])
-
-
 def rest_to_rest(displacement: ArrayLike, limits: Limits) -> Segments:
     """Return the minimum-time move along ``displacement`` (N, 3) [m], seven segments."""
     way = finite_points(displacement, "displacement")
