@@ -36,10 +36,9 @@ class Shapes:
         intervals = self.values.shape[1] - 1
         step = 1.0 / intervals
         before, rise = self.values[:, :-1], np.diff(self.values, axis=1)
-        # Exact integrals of an acceleration that is linear in an interval; both begin at 0.
-        begin = ((0, 0), (1, 0))
-        speed = np.cumsum(np.pad(step * (before + 0.5 * rise), begin), axis=1)
-        angle = np.cumsum(np.pad(step * (speed[:, :-1] + step * (0.5 * before + rise / 6.0)), begin), axis=1)
+        # Exact integrals of an acceleration that is linear in an interval.
+        speed = _running_sum(step * (before + 0.5 * rise))
+        angle = _running_sum(step * (speed[:, :-1] + step * (0.5 * before + rise / 6.0)))
         share = np.arange(self.per_interval) / self.per_interval
         s, t = share, share * step
         b, r = before[..., None], rise[..., None]
@@ -72,6 +71,10 @@ class Shapes:
     def with_samples(self, per_interval: int) -> Shapes:
         """Return the same shapes with more samples."""
         return Shapes(self.values, per_interval)
+
+
+def _running_sum(increments: Floats) -> Floats:
+    return np.concatenate([np.zeros_like(increments[:, :1]), np.cumsum(increments, axis=1)], axis=1)
 
 
 @final
