@@ -72,11 +72,6 @@ class Decisions:
         return self.attempt.chosen["index"]
 
     @property
-    def wait(self) -> Floats:
-        """Standstill of the hand above the belt (N,) [s]."""
-        return self.attempt.chosen["wait"]
-
-    @property
     def context(self) -> Context:
         """Picks and throws; arbitrary rows where `valid` is False (N,)."""
         return self.attempt.context

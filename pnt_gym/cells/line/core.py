@@ -151,7 +151,7 @@ class LineCore:
                 "ended_in": results["ended_in"],
                 "start": decisions.start,
                 "cycle_time": decisions.end - decisions.start,
-                "wait_time": np.where(decisions.valid, decisions.wait, 0.0),
+                "wait_time": np.where(decisions.valid, attempt.chosen["wait"], 0.0),
                 **{name: results[name] for name in simulated},
                 **shift_info,
                 **self.kinds(),

@@ -14,6 +14,7 @@ each change of sign and each near touch of zero is refined to roots.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -71,9 +72,10 @@ class _Intervals(NamedTuple):
     high: Floats
 
     @classmethod
-    def of(cls, row: Ints, turn: int, branch: Floats, low: Floats, high: Floats) -> _Intervals:
-        """Intervals of one number of turns."""
-        return cls(row, np.full(row.shape, turn, dtype=np.int64), branch, low, high)
+    def of(cls, row: Ints, turn: int, branch: Floats, *borders: Floats) -> _Intervals:
+        """Intervals between neighbouring borders, all with the same number of turns."""
+        turns = np.full(row.shape, turn, dtype=np.int64)
+        return concatenate_records([cls(row, turns, branch, low, high) for low, high in pairwise(borders)])
 
 
 def find_releases(z: Floats, half_height: float, angles: tuple[float, float], turns: Sequence[int]) -> ReleaseRows:
@@ -178,7 +180,7 @@ def _touches(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int
     side_sign = np.where(sign[row, side, column + 1], -1.0, 1.0)
     bottom, least = _lowest(lambda a: side_sign * _miss(goal, a, branch), low, high)
     crossed = least < 0.0
-    return _halves(row[crossed], turn, branch[crossed], (low[crossed], bottom[crossed], high[crossed]))
+    return _Intervals.of(row[crossed], turn, branch[crossed], low[crossed], bottom[crossed], high[crossed])
 
 
 def _tips(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -> _Intervals:
@@ -206,11 +208,7 @@ def _tips(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -
     )
     crossed = least < 0.0
     row, s, tip, way = row[crossed], s[crossed], tip[crossed], way[crossed]
-    return _halves(row, turn, np.where(s < 0.0, -1.0, 1.0), (tip, tip + way * s * s, tip + way))
-
-
-def _halves(row: Ints, turn: int, branch: Floats, borders: tuple[Floats, Floats, Floats]) -> _Intervals:
-    return concatenate_records([_Intervals.of(row, turn, branch, borders[k], borders[k + 1]) for k in (0, 1)])
+    return _Intervals.of(row, turn, np.where(s < 0.0, -1.0, 1.0), tip, tip + way * s * s, tip + way)
 
 
 def _lowest(measure: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[Floats, Floats]:
