@@ -214,7 +214,7 @@ class LineCell:
             observation=observation,
         )
         if self.watched is not None:
-            cycle = self._record_cycle(before, decisions, int(choice[0])) if decisions.valid[0] else None
+            cycle = self._record(before, decisions, int(choice[0])) if decisions.valid[0] else None
             self.watched = self.watched.advance(float(before.clock[0]), cycle)
         return decisions
 
@@ -237,7 +237,7 @@ class LineCell:
         work_in_parts(work, np.arange(self.count), self._threads, draws)
         return observations
 
-    def _record_cycle(self, before: LineState, decisions: Decisions, choice: int) -> RobotCycle:
+    def _record(self, before: LineState, decisions: Decisions, choice: int) -> RobotCycle:
         """Tracks of the first line's decision, for pictures."""
         robot, start, context = (
             int(decisions.robot[0]),

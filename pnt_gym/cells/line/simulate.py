@@ -9,7 +9,7 @@ import numpy as np
 
 from pnt_gym.cells.line.choose import landing_chance, write_choices
 from pnt_gym.cells.line.plan import plan_options
-from pnt_gym.cells.line.reach import is_reached
+from pnt_gym.cells.line.reach import reaches
 from pnt_gym.cells.line.rows import (
     IDLE_TIME,
     NOBODY,
@@ -211,4 +211,7 @@ def count_fates(
                 tally.passed += 1
                 worth.passed = worth.arrived
                 tally.tried += account.attempts > 0
-                tally.unreached += account.attempts == 0 and not is_reached(tables, riders[k, i])
+                is_unreached = account.attempts == 0
+                for robot in range(len(tables.stations)):
+                    is_unreached = is_unreached and not reaches(tables, robot, riders[k, i])
+                tally.unreached += is_unreached

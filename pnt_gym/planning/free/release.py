@@ -96,20 +96,18 @@ def free_releases(
         few = take(frame, part), take(rows, part), roof[part], rules
         around: list[Floats] = []
         for coarse in COARSE:
-            first, _ = _best_choice(*few, np.repeat(coarse[:, None], len(part), axis=1))
+            first, _ = _choose(*few, np.repeat(coarse[:, None], len(part), axis=1))
             around.append(first[:, :, None] + FINE[:, None])
         fine = np.concatenate(around, axis=2)
         fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])
-        chosen[:, part], cost[part] = _best_choice(*few, fine)
+        chosen[:, part], cost[part] = _choose(*few, fine)
     position, velocity, flight = _release(frame, rows.velocity, chosen, roof)
     feasible = np.isfinite(cost) & (frame.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
     gap = np.where(feasible, 0.0, np.nan)
     return FreeReleases(position + gap[:, None], velocity + gap[:, None], flight + gap, feasible)
 
 
-def _best_choice(
-    frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules, choices: Floats
-) -> tuple[Floats, Floats]:
+def _choose(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules, choices: Floats) -> tuple[Floats, Floats]:
     """Quickest of each row's choices (3, N, C), and its estimated time (N,) [s]; all choices of all rows at once."""
     _, count, choice_count = choices.shape
     # Row i, choice c is row i C + c.

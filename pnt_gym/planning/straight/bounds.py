@@ -145,7 +145,7 @@ def slope_below_roof(throw: PlaneThrow, high: float, best: float, slacks: Floats
             if height >= 0.0:
                 slope, value, last, old, keeps = peak, height, before, (older if k > 1 else old), True
         if keeps:
-            slope = _border_slope(throw, box, slope, value, last, old)
+            slope = _border(throw, box, slope, value, last, old)
             return slope if flight_time(throw, slope) > 0.0 and crossing(throw, slope)[0] < math.inf else math.nan
         older, old, before, last = old, value, last, slope
     return math.nan
@@ -163,9 +163,9 @@ def _nearest_slope(throw: PlaneThrow, box: Box, best: float, foot: float, above:
         if older < old < 0.0 and value <= old and old + 2.0 * max(old - older, old - value) >= 0.0:
             peak, height = _greatest_slack(throw, box, before, slope)
             if height >= 0.0:
-                return _border_slope(throw, box, peak, height, before, older if k > 1 else old)
+                return _border(throw, box, peak, height, before, older if k > 1 else old)
         if value >= 0.0:
-            return _border_slope(throw, box, slope, value, last, old)
+            return _border(throw, box, slope, value, last, old)
         older, old, before, last = old, value, last, slope
     return math.nan
 
@@ -188,7 +188,7 @@ def _greatest_slack(throw: PlaneThrow, box: Box, low: float, high: float) -> tup
 
 
 @kernel_part
-def _border_slope(throw: PlaneThrow, box: Box, a: float, at_a: float, b: float, at_b: float) -> float:
+def _border(throw: PlaneThrow, box: Box, a: float, at_a: float, b: float, at_b: float) -> float:
     """Zero of the slack between a slope ``a`` that keeps the bounds and a slope ``b`` that does not, on the safe side.
 
     Chandrupatla's method halves the bracket wherever the slack is not close to a straight line, so a kink or an
