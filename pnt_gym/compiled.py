@@ -15,7 +15,7 @@ from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 from types import FunctionType
-from typing import Annotated, Any, Final, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Final, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numba
 import numba.core.dispatcher
@@ -67,12 +67,18 @@ def kernel(function: FunctionT) -> FunctionT:
     try:
         compiled = _NJIT(function)
         if not isinstance(compiled, _DISPATCHER):  # under NUMBA_DISABLE_JIT
+
+            def call(*arguments: Any) -> Any:  # with rows whose fields Python reads as attributes, as machine code does
+                return function(
+                    *[a.view(np.recarray) if getattr(a, "dtype", np.dtype(float)).names else a for a in arguments]
+                )
+
             # Machine code never warns of a sum that wraps around or of a division by zero.
-            return np.errstate(all="ignore")(_with_attributes(compiled))
+            return cast("FunctionT", np.errstate(all="ignore")(call))
         compiled.enable_caching()
         # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
         kept = compiled._cache._cache_file
-        kept._source_stamp = source_digest(function)
+        kept._source_stamp = digest(function)
         if not _is_kept(kept):
             _announce()
         compiled.compile(signature)
@@ -81,15 +87,6 @@ def kernel(function: FunctionT) -> FunctionT:
     except Exception:  # any error of the cache folder; an error of the code is raised again below
         _warn()
         return _NJIT(signature)(function)
-
-
-def _with_attributes(function: Callable[..., Any]) -> Any:
-    """The function in Python, for rows whose fields Python reads as attributes, as machine code does."""
-
-    def call(*arguments: Any) -> Any:
-        return function(*[a.view(np.recarray) if getattr(a, "dtype", np.dtype(float)).names else a for a in arguments])
-
-    return call
 
 
 def _numba_type(hint: Any) -> Any:
@@ -116,7 +113,7 @@ def _is_kept(file: Any) -> bool:
         return False
 
 
-def source_digest(function: FunctionType) -> str:
+def digest(function: FunctionType) -> str:
     """The digest of what the machine code of a function is made from.
 
     This is the text of the files that hold the function and every compiled function that it calls, at any depth, and

@@ -20,19 +20,12 @@ def has_display() -> bool:
     return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def _choose_backend() -> None:
-    if has_display() or "MUJOCO_GL" in os.environ:
-        return
-    for backend, library in _OFFSCREEN.items():
-        try:
-            ctypes.CDLL(library)
-        except OSError:
-            continue
-        os.environ["MUJOCO_GL"] = backend
-        return
-
-
-_choose_backend()
+if not has_display() and "MUJOCO_GL" not in os.environ:
+    for _backend, _library in _OFFSCREEN.items():
+        with suppress(OSError):
+            ctypes.CDLL(_library)
+            os.environ["MUJOCO_GL"] = _backend
+            break
 
 import mujoco as _mujoco  # noqa: E402  # pyright: ignore[reportMissingTypeStubs]
 from mujoco import batch as _batch  # noqa: E402  # pyright: ignore[reportMissingTypeStubs]

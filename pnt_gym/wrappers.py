@@ -89,7 +89,7 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             self.stop_recording()
         if self.episode_trigger is not None and self.episode_trigger(self.episode_id):
             self.start_recording(f"{self.name_prefix}-episode-{self.episode_id}")
-        self._capture()
+        self._record()
         return first
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
@@ -98,7 +98,7 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self.step_id += 1
         if self.step_trigger is not None and self.step_trigger(self.step_id):
             self.start_recording(f"{self.name_prefix}-step-{self.step_id}")
-        self._capture()
+        self._record()
         return outcome
 
     def close(self) -> None:
@@ -118,7 +118,8 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         if video is not None and frames:
             write_video(frames[: self.video_length or None], self.video_folder / f"{video}.mp4", self.frames_per_sec)
 
-    def _capture(self) -> None:
+    def _record(self) -> None:
+        """Keep the frames of the last step, while a video is being recorded."""
         if not self.recording:
             return
         frames: Any = self.env.render()

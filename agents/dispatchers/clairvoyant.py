@@ -17,7 +17,7 @@ from pnt_gym.cells.line import simulate
 from pnt_gym.cells.line.choosing import MOST_LOOKS
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.links import EMPTY, THROWN
-from pnt_gym.cells.line.rows import CHOICES, Choice, LineState, Outcome, Result, Rider, Tables, no_results
+from pnt_gym.cells.line.rows import CHOICES, Choice, LineState, Outcome, Result, Rider, Tables
 from pnt_gym.rows import Rows1, Rows2
 
 from ..controllers.protocol import Controller, Observation
@@ -143,15 +143,15 @@ class ShiftSearch:
         """States (K,) after their decisions, at the next ones."""
         riders, rows = self._copies[: len(chosen)], np.arange(len(chosen))
         simulate.end_cycles(self._tables, state, riders, chosen, results, Outcome.empty(len(chosen)))
-        simulate.next_decisions(self._tables, state, riders, rows, MOST_LOOKS)
+        simulate.advance(self._tables, state, riders, rows, MOST_LOOKS)
         return state
 
     def _decide(self, begun: Beginnings) -> Decided:
         """What the choices of some beginnings bring."""
         state, tables, prices, ways = begun.state, self._tables, self._prices, self._ways
         choices, clock, robot = state.choices, state.clock[:, None], state.robot
-        results = no_results(*choices.shape)
-        simulate.throw_by_table(tables, state, self._copies[: len(choices)], choices, results)
+        results = Result.none(*choices.shape)
+        simulate.predict(tables, state, self._copies[: len(choices)], choices, results)
         index, picked = choices["index"], results["picked"]
         in_time = clock + choices["cycle"] <= tables.line["duration"][0]
         value = np.where(results["sorted"] & in_time, self._riders["worth"][index], 0.0)

@@ -106,7 +106,7 @@ class Scenes:
     def images(self) -> NDArray[np.uint8]:
         """Pictures of the objects (N, 5, 48, 48)."""
         maker, count = PictureMaker(self.config, surface_table(self.config.item_list())), len(self.error)
-        return maker.pictures(take(self.objects, np.arange(count)[:, None]), np.zeros((count, 1, 2)))
+        return maker.draw(take(self.objects, np.arange(count)[:, None]), np.zeros((count, 1, 2)))
 
     @property
     def surface(self) -> Surface:

@@ -58,7 +58,7 @@ def tabulate(config: LineConfig, thrown: Mapping[str, Any], near: Chances | None
     held = thrown["picked"]
     columns = {name: thrown[name][held] for name in ("kind", "percent", "distance", "hits")}
     counted = CountedThrows(**{name: thrown[name] for name in CountedThrows._fields})
-    chances = Chances.from_throws(_sealing(config, thrown), **columns, near=near)
+    chances = Chances.of(_sealing(config, thrown), **columns, near=near)
     return chances, Counted.from_throws(len(config.cell.items), counted)
 
 

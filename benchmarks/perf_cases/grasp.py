@@ -28,7 +28,7 @@ STEPS = 12
 class NoPictures:
     """Draws nothing in place of pictures: what an environment would do without a camera."""
 
-    def pictures(self, objects: Objects, middles: Floats) -> NDArray[np.uint8]:
+    def draw(self, objects: Objects, middles: Floats) -> NDArray[np.uint8]:
         """Black pictures (N, 5, 48, 48) of N objects."""
         return np.zeros((len(middles), CHANNELS, PIXELS, PIXELS), dtype=np.uint8)
 

@@ -136,7 +136,7 @@ def _throw_task(
                 f"{name} lies at z = {point[2]:.4g} m, above ceiling + hand_cap, where the hand may be at most: "
                 f"{roof:.4g} m"
             )
-    frame = Frame.from_picks(first[None], vector(target, "target")[None], 0.0)
+    frame = Frame.of(first[None], vector(target, "target")[None], 0.0)
     reach = float(frame.reach[0])
     if reach <= 0.0:
         raise PlanningError(f"target {list(target)} lies at the pick; there is nothing to throw")

@@ -10,7 +10,7 @@ from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Bools
 from pnt_gym.cells.one_joint.planner import ThrowPlanner
-from pnt_gym.cells.one_joint.tasks import job_of
+from pnt_gym.cells.one_joint.tasks import Job
 
 from . import cases
 
@@ -41,7 +41,7 @@ def acceptance_findings(goals: int = GOALS) -> Findings:
     gains = np.repeat(np.array([gain for _, _, gain in sets]).T, goals, axis=1)
     config = cases.config_with_delay(DELAY)
     learned = cases.learn(cases.SimulatedThrower(config, case.tolist()), all_goals, gains)
-    planner = ThrowPlanner(config, job_of(config))
+    planner = ThrowPlanner(config, Job.of(config))
     rows = [
         _acceptance_row(name, learned, slice(k * goals, (k + 1) * goals), planner.has_reserve(goal_set, DELAY))
         for k, (name, goal_set, _) in enumerate(sets)

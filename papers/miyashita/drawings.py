@@ -9,10 +9,11 @@ import numpy as np
 
 from agents.ground.drawings import Axes, dress
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.one_joint.pallets import Pallet, flight_poses
+from pnt_gym.cells.one_joint.pallets import Pallet
 from pnt_gym.planning.one_joint import ArmMotion
 
 from .cases import ARM, BLOCK
+from .passing import flight_poses
 
 WOOD: Final = "#e3c878"
 

@@ -24,13 +24,14 @@ from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.cells.base.canvas import Frame
 from pnt_gym.cells.base.view import ThrowView
-from pnt_gym.cells.one_joint.pallets import ASSEMBLY, SORTING, clear_vertical_speeds, clearance, flight_poses
+from pnt_gym.cells.one_joint.pallets import ASSEMBLY, SORTING
 from pnt_gym.cells.one_joint.parts import BLOCK, block
 from pnt_gym.cells.one_joint.view import DOTS, camera
 from pnt_gym.planning.one_joint import ThrowPlans, landing_state, plan_throws
 
 from .cases import ARM
 from .drawings import draw_arm, draw_flight, draw_motion, draw_pallets, draw_plane
+from .passing import clear_vertical_speeds, clearance, flight_poses
 
 RUNS: Final = 100
 """Number of runs of each task."""

@@ -52,8 +52,8 @@ def throws(u, duration=0.16):
     mean = step * (shape.sum(axis=1) - 0.5 * (shape[:, 0] + shape[:, -1]))
     accelerations = shape * (u[:, 1] / mean)[:, None]
     braking = np.full(count, BRAKING)
-    way = ArmMotion.from_accelerations(np.zeros(count), step, accelerations, braking).release_angle
-    return Throws(u, ArmMotion.from_accelerations(u[:, 0] - way, step, accelerations, braking))
+    way = ArmMotion.of(np.zeros(count), step, accelerations, braking).release_angle
+    return Throws(u, ArmMotion.of(u[:, 0] - way, step, accelerations, braking))
 
 
 def closed_form(u, time, half_height=0.015):

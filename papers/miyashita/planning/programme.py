@@ -198,7 +198,7 @@ class Programme:
         # The speed at the release; it differs from the throw's speed only where x violates its bounds.
         speed = step * float(self._speed[-1] @ x[: INTERVALS + 1])
         start = self.throw.angle - step**2 * float(self._way[0] @ x[: INTERVALS + 1])
-        return ArmMotion.from_accelerations(
+        return ArmMotion.of(
             np.array([start]),
             np.array([step]),
             accelerations[None],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import Final, Self, final
 
 import numpy as np
 
@@ -40,22 +40,17 @@ class Wishes:
     residual: Floats
     """Action of the conveyor's mode `release_point` (N, 2)."""
 
-
-def names_of(config: GraspConfig) -> tuple[str, ...]:
-    """Meaning of the numbers of an action."""
-    return tuple(name for k, name in enumerate(NUMBERS) if config.grasp.stages > 1 or k != _CHOICE)
-
-
-def read_actions(actions: Floats, config: GraspConfig) -> Wishes:
-    """What actions (N, A) within [-1, 1] ask for."""
-    if config.grasp.stages == 1:
-        actions = np.insert(actions, _CHOICE, 0.0, axis=1)
-    slow, fast = config.grasp.pace
-    choice, share = actions[:, _CHOICE], (actions[:, 3] + 1.0) / 2.0
-    return Wishes(
-        config.grasp.reach * actions[:, :2],
-        choice > THRESHOLD,
-        choice < -THRESHOLD,
-        slow + (fast - slow) * share,
-        actions[:, 4:],
-    )
+    @classmethod
+    def of(cls, actions: Floats, config: GraspConfig) -> Self:
+        """What actions (N, A) within [-1, 1] ask for; with one stage, the choice is not among their numbers."""
+        if config.grasp.stages == 1:
+            actions = np.insert(actions, _CHOICE, 0.0, axis=1)
+        slow, fast = config.grasp.pace
+        choice, share = actions[:, _CHOICE], (actions[:, 3] + 1.0) / 2.0
+        return cls(
+            config.grasp.reach * actions[:, :2],
+            choice > THRESHOLD,
+            choice < -THRESHOLD,
+            slow + (fast - slow) * share,
+            actions[:, 4:],
+        )

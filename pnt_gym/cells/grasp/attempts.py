@@ -169,11 +169,12 @@ class Grasper:
         config, objects = self._config, context.objects
         grasp, leak = objects.grasp - place, np.ones(len(place))
         if config.surface is None:
-            objects = objects.replace(
-                grasp=grasp,
-                spin=self._spin(context, grasp),
-                pick_draw=self._pick_draw(objects, number),
-            )
+            from scipy.special import ndtr  # noqa: PLC0415  # pyright: ignore[reportMissingTypeStubs] - a heavy import
+
+            # Draws whether the cups seal: the objects' own in the first tries, and new ones in later tries.
+            later = ndtr(normal_draw(later_keys(object_keys(objects, TRY), number)))
+            draw = np.where(number == 0, objects.pick_draw, later)
+            objects = objects.replace(grasp=grasp, spin=self._spin(context, grasp), pick_draw=draw)
         else:
             surfaces, unseen = draw_surfaces(self.surfaces, objects), outline_errors(objects, config)
             # The drawn grasp offset is where the camera takes the middle to be, from the cup of a grasp of zero.
@@ -215,10 +216,3 @@ class Grasper:
             pick_draw=np.where(holds, 1.0, -1.0),
             measured=seen.replace(seal=seen.seal * (force / objects.seal), grasp_noise=seen.grasp_noise - unseen),
         )
-
-    def _pick_draw(self, objects: Objects, number: Ints) -> Floats:
-        """Draws whether the cups seal without surfaces (N,): the objects' own, in tries after the first new ones."""
-        from scipy.special import ndtr  # noqa: PLC0415  # pyright: ignore[reportMissingTypeStubs] - a heavy import
-
-        later = ndtr(normal_draw(later_keys(object_keys(objects, TRY), number)))
-        return np.where(number == 0, objects.pick_draw, later)

@@ -125,7 +125,7 @@ class GraspConfig(ConveyorConfig):
 
     @model_validator(mode="before")
     @classmethod
-    def _draw_items(cls, data: object) -> object:
+    def _read(cls, data: object) -> object:
         """The level with the names of drawn kinds as its items; a section that is wrong is refused by its own form."""
         values = _keys_of(data)
         drawn = values.get("drawn")
@@ -147,31 +147,43 @@ class GraspConfig(ConveyorConfig):
     def problems(self) -> Iterator[str]:
         """A sentence for each problem of values that are possible alone, and not together."""
         yield from super().problems()
-        slow, fast = self.grasp.pace
-        if slow > fast:
-            yield f"grasp.pace runs from {slow:g} to {fast:g}; the first value must not be larger"
-        if self.grasp.skip and self.grasp.picks == "belt":
-            yield "grasp.skip is true; on the belt, where a hand has reached the object that it sees, it must be false"
-        if self.grasp.objects > 1 and self.grasp.picks != "independent":
-            yield f"grasp.objects is {self.grasp.objects}; it must be 1 in a shift"
-        if self.grasp.kinds is not None:
-            yield from self._kind_problems(self.grasp.kinds)
-        if self.grasp.tries > 1 and not self.belt.tracking:
-            yield f"grasp.tries is {self.grasp.tries}; without belt.tracking it must be 1"
-        if self.cells.ranges and not self.remembers:
-            yield "cells: only grasp.picks: shift shows landings from which a cell could be learned; leave cells out"
-        if self.drift.moves and not self.remembers:
-            text = "drift: only grasp.picks: shift shows landings from which a drift could be learned"
-            yield f"{text}; set its parts to 0"
-
-    def _kind_problems(self, kinds: int) -> Iterator[str]:
-        """What is wrong with a number of kinds in each shift."""
-        if not self.remembers:
-            yield f"grasp.kinds is {kinds}; without grasp.picks: shift it must be null"
-        if kinds > len(self.items):
-            yield f"grasp.kinds is {kinds}; the level has {len(self.items)} items, so it must be at most as many"
-        if self.mix:
-            yield "mix: with grasp.kinds, a shift's kinds have frequencies of their own; leave mix out"
+        rules, (slow, fast), kinds = self.grasp, self.grasp.pace, self.grasp.kinds
+        clauses = (
+            (slow > fast, f"grasp.pace runs from {slow:g} to {fast:g}; the first value must not be larger"),
+            (
+                rules.skip and rules.picks == "belt",
+                "grasp.skip is true; on the belt, where a hand has reached the object that it sees, it must be false",
+            ),
+            (
+                rules.objects > 1 and rules.picks != "independent",
+                f"grasp.objects is {rules.objects}; it must be 1 in a shift",
+            ),
+            (
+                kinds is not None and not self.remembers,
+                f"grasp.kinds is {kinds}; without grasp.picks: shift it must be null",
+            ),
+            (
+                kinds is not None and kinds > len(self.items),
+                f"grasp.kinds is {kinds}; the level has {len(self.items)} items, so it must be at most as many",
+            ),
+            (
+                kinds is not None and self.mix,
+                "mix: with grasp.kinds, a shift's kinds have frequencies of their own; leave mix out",
+            ),
+            (
+                rules.tries > 1 and not self.belt.tracking,
+                f"grasp.tries is {rules.tries}; without belt.tracking it must be 1",
+            ),
+            (
+                self.cells.ranges and not self.remembers,
+                "cells: only grasp.picks: shift shows landings from which a cell could be learned; leave cells out",
+            ),
+            (
+                self.drift.moves and not self.remembers,
+                "drift: only grasp.picks: shift shows landings from which a drift could be learned; set its parts to 0",
+            ),
+        )
+        yield from (sentence for is_wrong, sentence in clauses if is_wrong)
 
 
 def _keys_of(section: object) -> dict[str, Any]:

@@ -20,10 +20,9 @@ from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import picked
 from pnt_gym.cells.conveyor.objects.kernel import inside_outline
-from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.cells.grasp.action import MODE, Wishes, names_of, read_actions
+from pnt_gym.cells.grasp.action import MODE, NUMBERS, Wishes
 from pnt_gym.cells.grasp.attempts import Attempts, Grasper, LastTry, tries_left
-from pnt_gym.cells.grasp.config import GraspConfig
+from pnt_gym.cells.grasp.config import CHANNELS, PIXELS, GraspConfig
 from pnt_gym.cells.grasp.groups import GroupPicks
 from pnt_gym.cells.grasp.observation import LAST, GraspSight, Recall, encode, space_of
 from pnt_gym.cells.grasp.pictures import PictureMaker
@@ -54,8 +53,9 @@ class GraspCore:
         self.cell = ConveyorCell(config, count, config.grasp.picks, threads, config.remembers, source)
         self.item_names, self.dwell, self.terminates = self.cell.item_names, self.cell.dwell, self.cell.terminates
         self.observation_space = space_of(config)
-        self.action_space = Box(-1.0, 1.0, (len(names_of(config)),), np.float32)
-        self.action_sizes: Mapping[str, int] = {MODE: len(names_of(config))}
+        numbers = len(NUMBERS) - (config.grasp.stages == 1)
+        self.action_space = Box(-1.0, 1.0, (numbers,), np.float32)
+        self.action_sizes: Mapping[str, int] = {MODE: numbers}
         self.throws = Core(self.cell, "release_point")
         """The core that throws, with the conveyor's actions."""
         self.correction = self.throws.correction
@@ -68,7 +68,8 @@ class GraspCore:
         """The coming picks with cups in the middles of the objects' outlines (N,), of groups the objects tried last."""
         self.attempts = Attempts.none(count)
         self._last = LastTry.of(count)
-        self._images = self.pictures.pictures(*self._in_sight(np.arange(count)))
+        self._images = np.empty((count, CHANNELS, PIXELS, PIXELS), np.uint8)
+        self._begin(np.arange(count))
 
     @property
     def context(self) -> Context:
@@ -110,7 +111,7 @@ class GraspCore:
         Raises:
             ActionError: wrong shape, NaN or infinite values.
         """
-        wishes = read_actions(clip_actions(actions, self.count, self.action_space.shape[0], MODE), self.config)
+        wishes = Wishes.of(clip_actions(actions, self.count, self.action_space.shape[0], MODE), self.config)
         active = np.ones(self.count, dtype=np.bool_) if waiting is None else ~waiting
         ends, grasps, info = self._advance(wishes, active)
         attempts, thrown = self.attempts, ends & self.attempts.holds & ~wishes.rides
@@ -178,14 +179,6 @@ class GraspCore:
         time = np.full(len(again), self.config.grasp.retry)
         return replace_rows(self.picks, again, self._ridden(take(self.picks, again), time))
 
-    def _in_sight(self, rows: Ints) -> tuple[Objects, Floats]:
-        """The objects in the pictures of some rows (K, M), and their middles from the first's (K, M, 2) [m]."""
-        source = self.cell.source
-        if isinstance(source, GroupPicks):
-            groups = take_rows(source.groups, rows, self.count)
-            return groups.objects, groups.pick[..., :2] - groups.pick[:, :1, :2]
-        return take(self.picks.objects, rows[:, None]), np.zeros((len(rows), 1, 2))
-
     def _ridden(self, picks: Context, time: Floats) -> Context:
         """Picks that have ridden on with the belt for further times (K,) [s], which count as spent on tries.
 
@@ -233,7 +226,12 @@ class GraspCore:
         picks = take_rows(self.cell.context, rows, self.count)
         self.picks = put_rows(self.picks, rows, picks, self.count)
         self.attempts = put_rows(self.attempts, rows, Attempts.none(len(rows)), self.count)
-        self._images[rows] = self.pictures.pictures(*self._in_sight(rows))
+        # The objects in sight (K, M), and their middles from the first's (K, M, 2) [m].
+        objects, middles = take(self.picks.objects, rows[:, None]), np.zeros((len(rows), 1, 2))
+        if isinstance(self.cell.source, GroupPicks):
+            groups = take_rows(self.cell.source.groups, rows, self.count)
+            objects, middles = groups.objects, groups.pick[..., :2] - groups.pick[:, :1, :2]
+        self._images[rows] = self.pictures.draw(objects, middles)
 
     def view(self) -> ThrowView:
         """Pictures of the cells; row 0 is recorded from now on."""

@@ -34,18 +34,16 @@ def drawn_kinds(count: int, seed: int, areal: float = 0.0) -> tuple[Item, ...]:
         seed: seed of the draws.
         areal: least mass over the area from above [kg/m2]; lighter kinds are drawn again.
     """
-    return tuple(_heavy_kind(f"drawn_{k}", np.random.default_rng([seed, k]), areal) for k in range(count))
-
-
-def _heavy_kind(name: str, random: np.random.Generator, areal: float) -> Item:
-    """The first kind of some draws whose mass over its area is large enough; round ones have cups that follow them."""
-    while True:
+    items = list[Item]()
+    for k in range(count):
+        name, random = f"drawn_{k}", np.random.default_rng([seed, k])
         kind = draw_kind(name, random)
-        length, width, _ = kind["size"]
-        if kind["shape"] != "box":
-            kind["cup_radius"] = min(CUP_RADIUS, CUP_SHARE * width / 2.0)
-        if kind["mass"] >= areal * length * width:
-            return Item.model_validate(complete_item(kind))
+        while kind["mass"] < areal * kind["size"][0] * kind["size"][1]:
+            kind = draw_kind(name, random)
+        if kind["shape"] != "box":  # a cup that follows the round surface
+            kind["cup_radius"] = min(CUP_RADIUS, CUP_SHARE * kind["size"][1] / 2.0)
+        items.append(Item.model_validate(complete_item(kind)))
+    return tuple(items)
 
 
 def draw_kind(name: str, random: np.random.Generator) -> dict[str, Any]:

@@ -32,23 +32,23 @@ class GroupPicks(IndependentPicks):
         config = planner.config
         assert isinstance(config, GraspConfig)
         self._size = config.grasp.objects
-        self.groups: Context = self._drawn(np.zeros(len(generators), dtype=np.int64), [np.random.default_rng(0)])[0]
+        self.groups: Context = self._draw(np.zeros(len(generators), dtype=np.int64), [np.random.default_rng(0)])[0]
         """The coming picks of all objects of the groups (N, M)."""
 
     def _next(self, rows: Ints) -> Context:
         """First objects of independent groups, one group per row; groups are drawn until all throws are feasible."""
-        groups, good = self._drawn(rows, self._generators)
+        groups, good = self._draw(rows, self._generators)
         for _ in range(MOST_DRAWS):
             pending = np.flatnonzero(~good)
             if pending.size == 0:
                 self.groups = put_rows(self.groups, rows, groups, len(self._generators))
                 return take(groups, (np.arange(len(rows)), np.zeros(len(rows), dtype=np.int64)))
-            group, fits = self._drawn(rows[pending], self._generators)
+            group, fits = self._draw(rows[pending], self._generators)
             groups = replace_rows(groups, pending, group)
             good[pending] = fits
         raise self._impossible()
 
-    def _drawn(self, rows: Ints, generators: Generators) -> tuple[Context, Bools]:
+    def _draw(self, rows: Ints, generators: Generators) -> tuple[Context, Bools]:
         """Drawn groups (K, M), and which have a feasible throw for all their objects (K,)."""
         objects = self._planner.draw(generators, rows, self._size)
         low, high = self._planner.config.lift_x

@@ -42,7 +42,7 @@ def _byte(value: float) -> Any:
 
 
 @kernel_part
-def _write_object(surfaces: Surfaces, k: int, x: float, y: float, height: Floats, look: Floats) -> None:
+def _draw(surfaces: Surfaces, k: int, x: float, y: float, height: Floats, look: Floats) -> None:
     """Write the heights of object k with its middle at x, y above what is there, and its look (PIXELS, PIXELS, 4)."""
     body, zones = surfaces.bodies[k], surfaces.zones[k]
     size, cos, sin = body.size, math.cos(body.yaw), math.sin(body.yaw)
@@ -92,7 +92,7 @@ def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats
 
 
 @kernel
-def paint_rows(surfaces: Surfaces, middles: Floats3, keys: Keys1, is_noisy: bool) -> Bytes4:
+def draw_images(surfaces: Surfaces, middles: Floats3, keys: Keys1, is_noisy: bool) -> Bytes4:
     """N pictures of M objects each (N, 5, PIXELS, PIXELS).
 
     Args:
@@ -110,7 +110,7 @@ def paint_rows(surfaces: Surfaces, middles: Floats3, keys: Keys1, is_noisy: bool
         for k in range(objects):
             x, y = middles[n, k, 0], middles[n, k, 1]
             if not math.isnan(x):
-                _write_object(surfaces, n * objects + k, x, y, height, look)
+                _draw(surfaces, n * objects + k, x, y, height, look)
         for row in range(PIXELS):
             for column in range(PIXELS):
                 _paint_pixel(images[n], row, column, height, look[row, column], is_noisy, keys[n])

@@ -33,7 +33,7 @@ def draw_images(table: SurfaceTable, objects: Objects, middles: Floats, noise_ke
     """
     surfaces = draw_surfaces(table, objects).flat()
     keys = np.zeros(len(middles), dtype=np.uint64) if noise_keys is None else np.ascontiguousarray(noise_keys)
-    return image_kernel.paint_rows(surfaces, np.ascontiguousarray(middles), keys, noise_keys is not None)
+    return image_kernel.draw_images(surfaces, np.ascontiguousarray(middles), keys, noise_keys is not None)
 
 
 def pixel_places() -> Floats:

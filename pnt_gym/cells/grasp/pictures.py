@@ -27,7 +27,7 @@ class PictureMaker:
     def __init__(self, config: GraspConfig, table: SurfaceTable) -> None:
         self._config, self._table = config, table
 
-    def pictures(self, objects: Objects, middles: Floats) -> NDArray[np.uint8]:
+    def draw(self, objects: Objects, middles: Floats) -> NDArray[np.uint8]:
         """Pictures (N, 5, 48, 48) of objects (N, M) whose outlines lie at middles (N, M, 2) [m] from the first's.
 
         The camera takes the picture's middle for that of the first outline, with an error.

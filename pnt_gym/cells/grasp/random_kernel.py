@@ -52,7 +52,7 @@ def hash_rows(bits: Keys2, purpose: np.uint64, keys: Keys1) -> None:
 
 
 @kernel
-def draw_normals(keys: Keys1, normals: Floats1) -> None:
+def normal_draw(keys: Keys1, normals: Floats1) -> None:
     """Write a standard normal draw of each key (N,), by Box and Muller's formula."""
     for row in range(len(keys)):
         radius = math.sqrt(-2.0 * math.log(1.0 - uniform(keys[row], 0)))

@@ -64,19 +64,22 @@ def _mean_gap(heights: Floats, radius: float) -> float:
 
 
 @kernel
-def find_leaks(surfaces: Surfaces, radius: Floats1, places: Floats3, leak: Floats2) -> None:
-    """Write the leak under cups at places on N objects.
+def seal_at(surfaces: Surfaces, seal: Floats1, radius: Floats1, places: Floats3, force: Floats2, leak: Floats2) -> None:
+    """Write the forces of cups and the leaks under them at places on N objects.
 
     Args:
         surfaces: the objects.
+        seal: forces of the cups on a tight item (N,) [N].
         radius: radii of the cups (N,) [m].
         places: axes of the cups from the outlines' middles, world axes (N, P, 2) [m].
+        force: written (N, P) [N].
         leak: written (N, P).
     """
     heights = np.empty(POINTS)
     for row in range(len(radius)):
         body, r = surfaces.bodies[row], radius[row]
         cos, sin = math.cos(body.yaw), math.sin(body.yaw)
+        most = VACUUM * (math.pi * r * r)
         for k in range(places.shape[1]):
             x, y = places[row, k, 0], places[row, k, 1]
             along, across = cos * x + sin * y, cos * y - sin * x
@@ -92,12 +95,4 @@ def find_leaks(surfaces: Surfaces, radius: Floats1, places: Floats3, leak: Float
                     heights[point] = min(heights[point], 0.0)
             gap = _mean_gap(heights, r)
             leak[row, k] = max(total / (2.0 * POINTS + MIDDLE) + GAP_LEAK * gap, LEAST_LEAK)
-
-
-@kernel
-def find_forces(seal: Floats1, radius: Floats1, leak: Floats2, force: Floats2) -> None:
-    """Write the forces (N, P) [N] of cups (N,) whose forces on a tight item are `seal`, at leaks (N, P)."""
-    for row in range(len(seal)):
-        most = VACUUM * (math.pi * radius[row] * radius[row])
-        for k in range(leak.shape[1]):
             force[row, k] = min(seal[row] / leak[row, k], most)

@@ -34,7 +34,7 @@ def _place(at: float, extent: float, spread: float, draw: float) -> float:
 
 
 @kernel_part
-def _write_zone(item: Any, size: Floats, x: float, y: float, lighter: float, zone: Any) -> None:
+def _draw_zone(item: Any, size: Floats, x: float, y: float, lighter: float, zone: Any) -> None:
     """Write a zone of an object with extents `size`, with its middle at shares x, y of the half extents."""
     length, width = size[0] / 2.0, size[1] / 2.0
     zone.shape, zone.middle[0], zone.middle[1] = item.shape, x * length, y * width
@@ -48,7 +48,7 @@ def _write_zone(item: Any, size: Floats, x: float, y: float, lighter: float, zon
 
 
 @kernel
-def draw_rows(kind: Ints1, keys: Keys1, table: SurfaceTable, surfaces: Surfaces) -> None:
+def draw_surfaces(kind: Ints1, keys: Keys1, table: SurfaceTable, surfaces: Surfaces) -> None:
     """Draw the surfaces of N objects.
 
     Args:
@@ -80,7 +80,7 @@ def draw_rows(kind: Ints1, keys: Keys1, table: SurfaceTable, surfaces: Surfaces)
             if zone.shape >= 0 and uniform(key, first) < zone.chance:
                 x = end * _place(zone.at[0], zone.size[0], zone.spread, uniform(key, first + 1))
                 y = side * _place(zone.at[1], zone.size[1], zone.spread, uniform(key, first + 2))
-                _write_zone(zone, body.size, x, y, lighter, surfaces.zones[row, count])
+                _draw_zone(zone, body.size, x, y, lighter, surfaces.zones[row, count])
                 count += 1
         body.count = count if item.is_real else -1
 

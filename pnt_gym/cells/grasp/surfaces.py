@@ -12,9 +12,9 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, in_order
 from pnt_gym.cells.base.items import Item
-from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES, Look, Zone
+from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES, Look
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp import random_kernel, seal_kernel, surface_kernel
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
@@ -46,18 +46,15 @@ def surface_table(items: Sequence[Item]) -> SurfaceTable:
     ]
     zones = ItemZone.zeros(len(items), MOST_ZONES, shape=-1)
     for own, item in zip(zones, items, strict=True):
-        own[: len(item.zones)] = [*map(_zone_row, item.zones)]
+        for row, zone in enumerate(item.zones):
+            # -1 where the zone is as the surface around it.
+            leak, relief = (-1.0 if value is None else value for value in (zone.leak, zone.relief))
+            own[row] = (
+                ZONE_SHAPES.index(zone.shape), zone.at, zone.size, zone.chance, zone.depth, leak, relief,
+                *(zone.ribs or (-1.0, 1.0)), zone.look or _AS_AROUND, zone.spread,
+            )  # fmt: skip
     surfaces: Any = np.array(rows, dtype=ItemSurface.dtype)
     return SurfaceTable(surfaces, zones)
-
-
-def _zone_row(zone: Zone) -> tuple[Any, ...]:
-    """The row of a zone; -1 where the zone is as the surface around it."""
-    leak, relief = (-1.0 if value is None else value for value in (zone.leak, zone.relief))
-    return (
-        ZONE_SHAPES.index(zone.shape), zone.at, zone.size, zone.chance, zone.depth, leak, relief,
-        *(zone.ribs or (-1.0, 1.0)), zone.look or _AS_AROUND, zone.spread,
-    )  # fmt: skip
 
 
 def object_keys(objects: Objects, purpose: int) -> Keys:
@@ -80,7 +77,7 @@ def later_keys(keys: Keys, number: Ints | int) -> Keys:
 def normal_draw(keys: Keys) -> Floats:
     """A standard normal draw of each key."""
     normals = np.empty(keys.size)
-    random_kernel.draw_normals(np.ascontiguousarray(keys).reshape(-1), normals)
+    random_kernel.normal_draw(np.ascontiguousarray(keys).reshape(-1), normals)
     return normals.reshape(keys.shape)
 
 
@@ -99,7 +96,7 @@ def draw_surfaces(table: SurfaceTable, objects: Objects) -> Surfaces:
     bodies = SurfaceBody.zeros(*shape, shape=objects.shape, size=objects.size, yaw=objects.yaw)
     surfaces = Surfaces(bodies, SurfaceZone.zeros(*shape, MOST_ZONES))
     keys = object_keys(objects, SURFACE).reshape(-1)
-    surface_kernel.draw_rows(objects.kind.reshape(-1), keys, table, surfaces.flat())
+    surface_kernel.draw_surfaces(objects.kind.reshape(-1), keys, table, surfaces.flat())
     return surfaces
 
 
@@ -111,10 +108,8 @@ def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
         objects: N objects; `seal` is the force on the item's own surface.
         places: axes of the cups from the middles of the outlines, along the world's axes (N, P, 2) [m].
     """
-    leak, radius = np.empty(places.shape[:2]), np.ascontiguousarray(objects.cup_radius)
-    seal_kernel.find_leaks(surfaces, radius, np.ascontiguousarray(places), leak)
-    force = np.empty_like(leak)
-    seal_kernel.find_forces(np.ascontiguousarray(objects.seal), radius, leak, force)
+    force, leak = (np.empty(places.shape[:2]) for _ in range(2))
+    seal_kernel.seal_at(surfaces, *in_order(objects.seal, objects.cup_radius, places), force, leak)
     return Seals(force, leak)
 
 

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Ints
 from pnt_gym.cells.base.action import ActionMode, Correction, by_name, mode_of, pad_residual
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
@@ -35,13 +35,17 @@ NUMBERS: Final = (
 )
 
 
-def _plan_corrected(planner: TossPlanner, context: Context, residual: Floats) -> TossPlans:
-    return planner.plan(context.kind, context.place, pad_residual(residual, 3))
-
-
 MODES: Final = by_name(
-    ActionMode("release", NUMBERS, lambda config: config.action.scale(), _plan_corrected, ERRORS),
-    ActionMode("release_point", NUMBERS[:2], lambda config: config.action.scale()[:2], _plan_corrected, ERRORS[:2]),
+    *(
+        ActionMode[TossPlanner, Context, TossPlans](
+            name,
+            NUMBERS[:count],
+            lambda config, count=count: config.action.scale()[:count],
+            lambda planner, context, residual: planner.plan(context.kind, context.place, pad_residual(residual, 3)),
+            ERRORS[:count],
+        )
+        for name, count in (("release", 3), ("release_point", 2))
+    )
 )
 
 

@@ -70,9 +70,10 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
         if missed.size > 0:
             row = int(missed[0])
             x, y = places[row]
+            fault = next(words for words, bad in self.planner.faults(plans).items() if bad[row])
             raise ConfigError(
                 f"cell {self.config.name!r}: the {items[int(kind[row])]} cannot be brought from x {x:.3f} m, "
-                f"y {y:.3f} m to its compartment: {self.planner.fault(plans, row)}"
+                f"y {y:.3f} m to its compartment: {fault}"
             )
         self.plant = GripperPlant(config, count, threads)
         feature_table(config)  # tells of an unknown feature now and not at the first throw

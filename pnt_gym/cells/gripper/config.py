@@ -17,7 +17,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CLAW_ITEMS, ItemsConfig
 from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section, Share, check_ranges
 from pnt_gym.cells.base.sorting import SortingReward
-from pnt_gym.cells.gripper.conveyor import Conveyor
+from pnt_gym.cells.gripper.conveyor import Conveyor, ConveyorSite
 from pnt_gym.cells.gripper.robot import Robot
 
 Task = Literal["toss", "drop"]
@@ -223,7 +223,7 @@ class GripperConfig(ItemsConfig):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_from_conveyor(cls, data: Any) -> Any:
+    def _read(cls, data: Any) -> Any:
         """Fill in the values of the conveyor cell that this cell does not set."""
         entries = cast("dict[str, Any]", data) if isinstance(data, dict) else {}
         if entries.get("conveyor") is None:
@@ -232,7 +232,7 @@ class GripperConfig(ItemsConfig):
             conveyor = Conveyor.model_validate(entries["conveyor"])
         except ValidationError:
             return entries  # the field's own validation says what is wrong
-        site = conveyor.site()
+        site = ConveyorSite.load(conveyor.level)
         full: dict[str, Any] = {"items": site.items, "extra_items": site.extra_items} | entries
         items = cast("list[str]", full["items"]) if isinstance(full["items"], list | tuple) else []  # refused below
         for name, values in conveyor.sections(site, items).items():
@@ -245,10 +245,13 @@ class GripperConfig(ItemsConfig):
     def _check(self) -> Self:
         if len(set(self.items)) != len(self.items):
             raise ValueError(f"items {list(self.items)} must differ from one another; each has a compartment")
-        if self.tray.rim >= self._lowest_release():
+        claws = self.robot.parts()[1].claws
+        platform = self.motion.height if self.task == "toss" else self.motion.drop_height
+        lowest = platform - claws.length - claws.pad[2] / 2.0
+        if self.tray.rim >= lowest:
             raise ValueError(
                 f"tray.rim is {self.tray.rim} m; it must lie below the claws at the release, "
-                f"which end at {self._lowest_release():.3f} m"
+                f"which end at {lowest:.3f} m"
             )
         # Check that the tray does not stand in the table; lower than the table and beneath it is allowed.
         tray, table = self.tray, self.table
@@ -260,12 +263,6 @@ class GripperConfig(ItemsConfig):
                 f"{table.x[1]:.3f} m; move it off"
             )
         return self
-
-    def _lowest_release(self) -> float:
-        """Lower edge of the claws at the release [m]."""
-        claws = self.robot.parts()[1].claws
-        platform = self.motion.height if self.task == "toss" else self.motion.drop_height
-        return platform - claws.length - claws.pad[2] / 2.0
 
 
 def _overlap(first: Range, second: Range) -> bool:

@@ -46,14 +46,6 @@ class Conveyor(Section):
         description="Range along the belt in which the grip may begin; null for the window of the conveyor cell [m].",
     )
 
-    def site(self) -> ConveyorSite:
-        """The conveyor cell, without its robot.
-
-        Raises:
-            ConfigError: the level does not exist.
-        """
-        return ConveyorSite.load(self.level)
-
     def sections(self, site: ConveyorSite, items: Sequence[str]) -> dict[str, dict[str, Any]]:
         """Sections `table`, `tray` and `errors` from the conveyor cell, for a robot that picks some of its items."""
         picked = [item for name, item in site.item_definitions().items() if name in items] or site.item_list()
@@ -66,7 +58,18 @@ class Conveyor(Section):
             largest = max(bins.random.side[1], longest + bins.random.item_clearance)
             side = largest, largest
         tray = {"rim": bins.rim - self.origin[2], "depth": bins.depth, "opening": side, "wall": bins.wall}
-        return {"table": self._table(site), "tray": tray, "errors": _errors(site)}
+        spread, noise = site.spread, site.noise
+        errors = {
+            "width": float(np.hypot(spread.size, spread.size_axis)),
+            "mass": spread.mass,
+            "drag": spread.drag,
+            "placement": noise.grasp,
+            "yaw_deg": float(np.rad2deg(noise.yaw)),
+            "camera": noise.size,
+            "belt_speed": spread.belt_speed,
+            "feedforward": spread.feedforward,
+        }
+        return {"table": self._table(site), "tray": tray, "errors": errors}
 
     def _table(self, cell: SortingLine) -> dict[str, Any]:
         belt, (x, y, z) = cell.belt, self.origin
@@ -81,18 +84,3 @@ class Conveyor(Section):
             "travel_deg": _TRAVEL,
             "camera": belt.camera_x - x,
         }
-
-
-def _errors(cell: SortingLine) -> dict[str, float]:
-    """Spread of the conveyor's objects, and errors of its camera and its feed-forward."""
-    spread, noise = cell.spread, cell.noise
-    return {
-        "width": float(np.hypot(spread.size, spread.size_axis)),
-        "mass": spread.mass,
-        "drag": spread.drag,
-        "placement": noise.grasp,
-        "yaw_deg": float(np.rad2deg(noise.yaw)),
-        "camera": noise.size,
-        "belt_speed": spread.belt_speed,
-        "feedforward": spread.feedforward,
-    }

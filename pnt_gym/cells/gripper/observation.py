@@ -16,24 +16,8 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Floats, length
 from pnt_gym.cells.base.features import Feature, FeatureTable, Quantity
 from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.gripper.context import Context
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import unknown_name
-
-
-def _elevation(context: Context) -> Floats:
-    velocity = context.plans.velocity
-    return np.arcsin(velocity[:, 2] / np.maximum(length(velocity), 1e-9))
-
-
-def _is_kind(kind: int, context: Context) -> Floats:
-    return (context.kind == kind).astype(np.float64)
-
-
-def _belt_speed(context: Context) -> Floats:
-    speed = context.hidden.belt_speed
-    return np.zeros(len(context.kind)) if speed is None else speed
-
 
 _PLACE: Final = "where the object lies; on a belt, as the claws begin to close"
 FEATURES: Final = (
@@ -49,14 +33,17 @@ FEATURES: Final = (
     Feature(
         "release_speed", "m/s", 0.60, 0.20, "release speed of the nominal plan", lambda c: length(c.plans.velocity)
     ),
-    Feature("elevation", "rad", 0.15, 0.15, "elevation of the nominal throw; 0 for a drop", _elevation),
+    Feature(
+        "elevation", "rad", 0.15, 0.15, "elevation of the nominal throw; 0 for a drop",
+        lambda c: np.arcsin(c.plans.velocity[:, 2] / np.maximum(length(c.plans.velocity), 1e-9)),
+    ),
     Feature(
         "flight_time", "s", 0.22, 0.04, "flight time of the nominal plan, without drag", lambda c: c.plans.flight_time
     ),
-    Feature("is_first", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is_kind(0, c)),
-    Feature("is_second", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is_kind(1, c)),
-    Feature("is_third", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is_kind(2, c)),
-)
+    Feature("is_first", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: c.kind == 0),
+    Feature("is_second", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: c.kind == 1),
+    Feature("is_third", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: c.kind == 2),
+)  # fmt: skip
 TABLE: Final = FeatureTable(FEATURES)
 HIDDEN: Final = (
     Quantity("length", "m", "true extent along the object's first axis", lambda c: c.hidden.size[:, 0]),
@@ -69,7 +56,12 @@ HIDDEN: Final = (
     Quantity("offset_y", "m", "place on the table, true less measured", lambda c: c.hidden.offset[:, 1]),
     Quantity("yaw", "rad", "direction about the vertical, true less planned", lambda c: c.hidden.yaw),
     Quantity("delay", "s", "delay of the claws' opening", lambda c: c.hidden.delay),
-    Quantity("belt_speed", "m/s", "true speed of the belt; 0 where nothing moves", _belt_speed),
+    Quantity(
+        "belt_speed",
+        "m/s",
+        "true speed of the belt; 0 where nothing moves",
+        lambda c: np.zeros(len(c.kind)) if c.hidden.belt_speed is None else c.hidden.belt_speed,
+    ),
 )
 """Hidden quantities."""
 

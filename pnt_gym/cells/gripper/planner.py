@@ -55,7 +55,7 @@ class TossPlanner:
         self.motor_speed = build.servo.speed
         self.targets = config.tray.centres(len(config.items))
         grip, claws = config.grip, build.claws
-        _check_widths(config, claws, self.dimensions)
+        _check(config, claws, self.dimensions)
         # Check that the open claws need no angle outside the range of the platform's halves.
         grip, (low, high) = config.grip, np.rad2deg(self.dimensions.theta)
         singular = float(np.rad2deg(singular_angle(self.dimensions.home[:3], self.dimensions)))
@@ -130,11 +130,33 @@ class TossPlanner:
         for _ in range(_ROUNDS if self._belt.any() else 0):
             time = self._next_move_time(plans, time)
         plans = replace(plans, move_time=time)
-        return replace(plans, feasible=~np.any(list(self._faults(plans).values()), axis=0))
+        return replace(plans, feasible=~np.any(list(self.faults(plans).values()), axis=0))
 
-    def fault(self, plans: TossPlans, row: int) -> str:
-        """Reason why the plan of a row is not feasible."""
-        return next(words for words, bad in self._faults(plans).items() if bad[row])
+    def faults(self, plans: TossPlans) -> dict[str, Bools]:
+        """Possible faults of plans, and whether each plan has them (N,)."""
+        motion, motor_limit = self.config.motion, self.motor_speed
+        # Speed of the fastest motor on the line, claws closed and open (N,) [rad/s]; NaN out of reach.
+        share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
+        points = plans.start[:, None] + share * (plans.end - plans.start)[:, None]
+        speeds = [
+            self._speed(points, np.broadcast_to(theta, (*points.shape[:-1], 1)), plans.velocity[:, None])
+            for theta in (plans.theta[:, None, 1:2], plans.theta[:, None, 3:4])
+        ]
+        move, line = self._move_speed(plans, plans.move_time), np.maximum(*speeds)
+        # Speed of the fastest motor, claws open or closed, at the beginning of closing and of the lift.
+        points, rate = np.repeat(plans.pick[:, None], 2, axis=1), plans.belt[:, None]
+        later = points + plans.grip_time[:, None, None] * rate
+        first, last = (self._speed(places, plans.theta[:, :2, None], rate) for places in (points, later))
+        return {
+            "the robot does not reach the grip": np.isnan(first),
+            "the belt carries the object out of the robot's reach before it is gripped": np.isnan(last),
+            "the motors are too slow to follow the belt": np.maximum(first, last) > motion.speed_share * motor_limit,
+            "the way from the grip to the throw leaves the robot's reach": np.isnan(move),
+            "the motors are too slow to leave the belt": move > _TOLERANCE * motion.speed_share * motor_limit,
+            "no throw leads there": ~np.isfinite(plans.flight_time),
+            "the throw leaves the robot's reach": np.isnan(line),
+            "the motors are too slow for the throw": line > motion.line_speed_share * motor_limit,
+        }
 
     def return_time(self, plans: TossPlans) -> Floats:
         """Time from the end of the line back above the pick at full motor speed, NaN out of reach (N,) [s]."""
@@ -201,32 +223,6 @@ class TossPlanner:
         rate = way[:, None] * _MOVE_RATES[:, None] / long[..., None] + (1.0 - _MOVE_SHARES)[:, None] * belt
         return self._speed(points, theta, rate)
 
-    def _faults(self, plans: TossPlans) -> dict[str, Bools]:
-        """Possible faults of plans, and whether each plan has them (N,)."""
-        motion, motor_limit = self.config.motion, self.motor_speed
-        # Speed of the fastest motor on the line, claws closed and open (N,) [rad/s]; NaN out of reach.
-        share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
-        points = plans.start[:, None] + share * (plans.end - plans.start)[:, None]
-        speeds = [
-            self._speed(points, np.broadcast_to(theta, (*points.shape[:-1], 1)), plans.velocity[:, None])
-            for theta in (plans.theta[:, None, 1:2], plans.theta[:, None, 3:4])
-        ]
-        move, line = self._move_speed(plans, plans.move_time), np.maximum(*speeds)
-        # Speed of the fastest motor, claws open or closed, at the beginning of closing and of the lift.
-        points, rate = np.repeat(plans.pick[:, None], 2, axis=1), plans.belt[:, None]
-        later = points + plans.grip_time[:, None, None] * rate
-        first, last = (self._speed(places, plans.theta[:, :2, None], rate) for places in (points, later))
-        return {
-            "the robot does not reach the grip": np.isnan(first),
-            "the belt carries the object out of the robot's reach before it is gripped": np.isnan(last),
-            "the motors are too slow to follow the belt": np.maximum(first, last) > motion.speed_share * motor_limit,
-            "the way from the grip to the throw leaves the robot's reach": np.isnan(move),
-            "the motors are too slow to leave the belt": move > _TOLERANCE * motion.speed_share * motor_limit,
-            "no throw leads there": ~np.isfinite(plans.flight_time),
-            "the throw leaves the robot's reach": np.isnan(line),
-            "the motors are too slow for the throw": line > motion.line_speed_share * motor_limit,
-        }
-
     def _speed(self, points: Floats, theta: Floats, rate: Floats) -> Floats:
         """Fastest motor's speed (...,) [rad/s] at points (..., S, 3) of velocities (..., S or 1, 3), or NaN."""
         rate = np.concatenate([rate, np.zeros_like(rate[..., :1])], axis=-1)
@@ -237,7 +233,7 @@ class TossPlanner:
         return np.where(np.isnan(q[..., 0]), np.nan, np.abs(speeds).max(axis=-1)).max(axis=-1)
 
 
-def _check_widths(config: GripperConfig, claws: Claws, dimensions: Dimensions) -> None:
+def _check(config: GripperConfig, claws: Claws, dimensions: Dimensions) -> None:
     """Check that every item fits between the open claws, and is wide enough for the closed ones.
 
     Raises:

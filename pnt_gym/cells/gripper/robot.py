@@ -15,7 +15,7 @@ from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build, Claws, MotorSer
 from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
 
 
-def _check_sizes(part: Mapping[str, Any]) -> Mapping[str, Any]:
+def _check(part: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the values of a part, after refusing numbers that no cell has."""
     for name, value in part.items():
         for number in leaves_of(value):
@@ -27,8 +27,13 @@ def _check_sizes(part: Mapping[str, Any]) -> Mapping[str, Any]:
     return part
 
 
-_Part = Annotated[Mapping[str, Any], AfterValidator(_check_sizes)]
-_MASSES: Final = tuple(field.name for field in fields(Build) if field.name.endswith("_mass"))
+_Part = Annotated[Mapping[str, Any], AfterValidator(_check)]
+_NAMES: Final = {
+    "servo": tuple(field.name for field in fields(MotorServo)),
+    "claws": tuple(field.name for field in fields(Claws)),
+    "masses": tuple(field.name for field in fields(Build) if field.name.endswith("_mass")),
+}
+"""Names of the values that each part of a robot has."""
 
 
 class Robot(Section):
@@ -72,22 +77,18 @@ class Robot(Section):
             ConfigError: a name belongs to no part, or the values describe no possible robot.
         """
         lengths = asdict(PROTOTYPE.with_scale(self.scale)) | dict(self.dimensions)
-        servo = replace(PROTOTYPE_BUILD.servo, **_check_values("servo", self.servo, _field_names(MotorServo)))
+        servo = replace(PROTOTYPE_BUILD.servo, **_check_values("servo", self.servo))
         build = PROTOTYPE_BUILD.with_scale(self.scale, servo)
-        claws = replace(build.claws, **_check_values("claws", self.claws, _field_names(Claws)))
-        masses = _check_values("masses", self.masses, _MASSES)
+        claws = replace(build.claws, **_check_values("claws", self.claws))
+        masses = _check_values("masses", self.masses)
         return Dimensions.from_mapping(lengths), replace(build, **masses, claws=claws)
 
 
-def _field_names(part: type[MotorServo] | type[Claws]) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(part))
-
-
-def _check_values(part: str, values: _Part, names: tuple[str, ...]) -> dict[str, Any]:
-    """The values, if all of them have a known name and are numbers."""
+def _check_values(part: str, values: _Part) -> dict[str, Any]:
+    """The values of a part, if all of them have a known name and are numbers."""
     for name, value in values.items():
-        if name not in names:
-            raise ConfigError(f"robot.{part}: {unknown_name('key', name, names)}")
+        if name not in _NAMES[part]:
+            raise ConfigError(f"robot.{part}: {unknown_name('key', name, _NAMES[part])}")
         is_sequence = name == "pad" and isinstance(value, list | tuple)
         numbers: list[object] = [*cast("list[object]", value)] if is_sequence else [value]
         count, form = (3, "three lengths in m") if name == "pad" else (1, "a number")

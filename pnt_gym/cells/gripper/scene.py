@@ -81,7 +81,7 @@ def build_scene(config: GripperConfig) -> Scene:
     floor = min(FLOOR, config.tray.rim - config.tray.depth - config.tray.wall - _FLOOR_DROP)
     _add_stage(spec, floor, config.robot.size)
     _add_table(spec, config, floor)
-    _add_tray(spec, config, floor)
+    add_bins(spec, config, floor)
     robot = add_gripper(spec, dimensions, build)
     # Bounds are compiled once, so they hold the largest of all items.
     # Add a free body whose frame is at its centre of mass, with one geom of any shape.
@@ -172,7 +172,8 @@ def _add_post(spec: MjSpec, place: tuple[float, float], z: tuple[float, float], 
     )
 
 
-def _add_tray(spec: MjSpec, config: GripperConfig, floor: float) -> None:
+def add_bins(spec: MjSpec, config: GripperConfig, floor: float) -> None:
+    """Add the tray, whose compartments are the bins, and its post."""
     tray, count = config.tray, len(config.items)
     body = spec.worldbody.add_body(name="tray")
     _add_post(spec, (tray.x, tray.y), (floor, tray.rim - tray.depth - tray.wall), config.robot.size)

@@ -77,6 +77,57 @@ class RobotCycle:
     stays_visible: bool
     """Whether the object stays in the picture after its track ends; False where its place is unknown."""
 
+    @classmethod
+    def of(
+        cls, decision: Decision, tip: Floats, cell: ConveyorConfig, mover: Mover, recording: Recording | None
+    ) -> Self:
+        """Tracks of hand and object for an executed decision.
+
+        Args:
+            decision: the executed decision.
+            tip: tip of the cup relative to the planner's position of the hand, at the decision (3,) [m].
+            cell: level of the robot's cell.
+            mover: mover of the robot's planner.
+            recording: recording of the simulated throw; None where the throw was not simulated.
+        """
+        context = decision.context
+        limits = cell.robot.limits(context.objects.percent)
+        # The hand moves to its object, and along with the object until the lift.
+        _, back = mover.meet(ThrowMotion.resting(decision.hand), decision.place, limits)
+        path = JerkTrajectory.concatenate(decision.hand, [back], rides=True)
+        moments = _times(0.0, decision.lift - decision.start)
+        share = np.minimum(moments / max(path.duration[0], SAMPLE_TIME), 1.0)[:, None]
+        offset = tip + share * (context.cup_offset[0] - tip)
+        approach = Track(decision.start + moments, path.sample(moments).position[0] + offset)
+        if decision.picked and recording is not None:
+            hand, object_track = _replay_tracks(decision, recording)
+        else:
+            # As planned: the throw, or the stop of a hand that carries nothing.
+            if decision.picked:
+                motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
+            elif cell.belt.tracking:
+                motion = stop_motion(context.pick, limits, cell.belt.speed)
+            else:
+                motion = ThrowMotion.resting(context.pick)
+            path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
+            moments = _times(0.0, decision.end - decision.lift)
+            hand = Track(decision.lift + moments, path.sample(moments).position[0] + context.cup_offset[0])
+            object_track = _object_track(decision, path, float(motion.release_time[0])) if decision.picked else None
+        time = np.concatenate([approach.time, hand.time])
+        tip_track = Track(time, np.concatenate([approach.pose, hand.pose]))
+        off_belt = decision.lift if cell.belt.tracking else decision.lift - cell.motion.dwell
+        return cls(
+            robot=decision.robot,
+            number=decision.number,
+            start=decision.start,
+            lift=decision.lift,
+            end=decision.end,
+            hand=tip_track,
+            off_belt=off_belt if decision.picked else np.inf,
+            object_track=object_track,
+            stays_visible=decision.in_bin or recording is not None,
+        )
+
     def object_pose(self, time: float) -> Floats | None:
         """Pose of the object (7,); None before its lift, without an object, and after the object has disappeared."""
         if (
@@ -111,72 +162,16 @@ class Decision(NamedTuple):
     """Whether the object lies in a bin."""
 
 
-def record_cycle(
-    decision: Decision, tip: Floats, cell: ConveyorConfig, mover: Mover, recording: Recording | None
-) -> RobotCycle:
-    """Tracks of hand and object for an executed decision.
-
-    Args:
-        decision: the executed decision.
-        tip: tip of the cup relative to the planner's position of the hand, at the decision (3,) [m].
-        cell: level of the robot's cell.
-        mover: mover of the robot's planner.
-        recording: recording of the simulated throw; None where the throw was not simulated.
-    """
-    context = decision.context
-    limits = cell.robot.limits(context.objects.percent)
-    # The hand moves to its object, and along with the object until the lift.
-    _, back = mover.meet(ThrowMotion.resting(decision.hand), decision.place, limits)
-    path = JerkTrajectory.concatenate(decision.hand, [back], rides=True)
-    moments = _sample_times(0.0, decision.lift - decision.start)
-    share = np.minimum(moments / max(path.duration[0], SAMPLE_TIME), 1.0)[:, None]
-    offset = tip + share * (context.cup_offset[0] - tip)
-    approach = Track(decision.start + moments, path.sample(moments).position[0] + offset)
-    if not decision.picked:
-        motion = ThrowMotion.resting(context.pick)
-        if cell.belt.tracking:
-            motion = stop_motion(context.pick, limits, cell.belt.speed)
-        hand, object_track = _hand_track(decision, motion), None
-    elif recording is None:
-        motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
-        hand = _hand_track(decision, motion)
-        object_track = _object_track(decision, motion)
-    else:
-        hand, object_track = _replay_tracks(decision, recording)
-    time = np.concatenate([approach.time, hand.time])
-    tip_track = Track(time, np.concatenate([approach.pose, hand.pose]))
-    off_belt = decision.lift if cell.belt.tracking else decision.lift - cell.motion.dwell
-    return RobotCycle(
-        robot=decision.robot,
-        number=decision.number,
-        start=decision.start,
-        lift=decision.lift,
-        end=decision.end,
-        hand=tip_track,
-        off_belt=off_belt if decision.picked else np.inf,
-        object_track=object_track,
-        stays_visible=decision.in_bin or recording is not None,
-    )
-
-
-def _sample_times(begin: float, end: float) -> Floats:
+def _times(begin: float, end: float) -> Floats:
     """Times from `begin` to `end` [s], both included."""
     return np.linspace(begin, end, max(int(np.ceil((end - begin) / SAMPLE_TIME)), 1) + 1)
 
 
-def _hand_track(decision: Decision, motion: ThrowMotion) -> Track:
-    """Track of the hand after the lift, as planned."""
-    path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
-    time = _sample_times(0.0, decision.end - decision.lift)
-    return Track(decision.lift + time, path.sample(time).position[0] + decision.context.cup_offset[0])
-
-
-def _object_track(decision: Decision, motion: ThrowMotion) -> Track:
+def _object_track(decision: Decision, path: JerkTrajectory, release_time: float) -> Track:
     """Track of the object: held until the planned release, flight without air, fall to the bottom of the bin."""
     context, plan = decision.context, decision.context.plan
-    path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
-    hold_times = _sample_times(0.0, float(motion.release_time[0]))
-    flight_times = _sample_times(0.0, float(plan.flight_time[0]))
+    hold_times = _times(0.0, release_time)
+    flight_times = _times(0.0, float(plan.flight_time[0]))
     points = flight_state(plan.position, plan.velocity, flight_times)[0]
     height = lying_size(context.objects.shape, context.objects.size)[0, 2]
     hang_offset = context.cup_offset[0] + [*context.grasp[0], -LIP_GAP - height / 2]
@@ -185,7 +180,7 @@ def _object_track(decision: Decision, motion: ThrowMotion) -> Track:
     if decision.in_bin:
         # Free fall from the opening to the bottom of the bin: t = sqrt(2 h / g).
         drop = max(path_points[-1, 2] - float(context.target[0, 2] - context.bin_depth[0]) - height / 2, 0.0)
-        fall_times = _sample_times(0.0, np.sqrt(2.0 * drop / GRAVITY))
+        fall_times = _times(0.0, np.sqrt(2.0 * drop / GRAVITY))
         fall_points = path_points[-1] - np.array([0.0, 0.0, 0.5 * GRAVITY]) * fall_times[:, None] ** 2
         path_points, time = np.concatenate([path_points, fall_points]), np.concatenate([time, time[-1] + fall_times])
     attitude = np.tile(yaw_attitude(context.objects.yaw), (len(path_points), 1))

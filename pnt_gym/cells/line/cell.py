@@ -17,7 +17,7 @@ from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.base.parallel import work_in_parts
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.line import simulate
-from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle, record_cycle
+from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle
 from pnt_gym.cells.line.chances import Chances, required_table
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import LineConfig
@@ -28,7 +28,7 @@ from pnt_gym.cells.line.rows import LineState, Outcome, Result, Rider, Tables
 from pnt_gym.cells.line.stream import StreamSampler
 from pnt_gym.cells.line.throws import Attempt, SimulatedThrows, TableThrows, ThrowExecutor
 from pnt_gym.errors import ConfigError, OrderError, ReachWarning
-from pnt_gym.rows import Rows1
+from pnt_gym.rows import Rows1, Rows2
 
 USUAL_CYCLE: Final = 0.9
 """Typical time of a decision: 0.75 s with good planners, 1.4 s with random choices on the shipped levels [s]."""
@@ -72,11 +72,6 @@ class Decisions:
         return self.attempt.chosen["index"]
 
     @property
-    def wait(self) -> Floats:
-        """Standstill of the hand above the belt (N,) [s]."""
-        return self.attempt.chosen["wait"]
-
-    @property
     def context(self) -> Context:
         """Picks and throws; arbitrary rows where `valid` is False (N,)."""
         return self.attempt.context
@@ -106,7 +101,7 @@ class LineCell:
         self.chooser = Chooser(config, cells, self.chances)
         self._threads = threads
         self.arriving = StreamSampler(config, self.chooser.planner)
-        _check_room(config, count, self.arriving.length)
+        _check(config, count, self.arriving.length)
         self.throws: ThrowExecutor = (
             TableThrows(self.chooser.tables)
             if config.throws == "table"
@@ -115,18 +110,16 @@ class LineCell:
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
         self.watched: CycleHistory | None = None
         """Recorded cycles of the first line's robots, for pictures; None records nothing."""
-        self.stream = self.arriving.empty_streams(count)
+        self.stream = self.arriving.empty(count)
         """Objects that come along the belts in this shift; a reset overwrites the streams of its lines."""
-        self.state = self._initial_state(count)
+        hands = np.tile(self.chooser.initial_hand, (len(config.robots), 1))
+        begin = partial(LineState.begin, objects=self.arriving.length, hands=hands, blank=self.chooser.tables.blank)
+        self.state = begin(count)
         """States of the lines; each step has arrays of its own, but for the books of objects."""
-        _warn_of_reach(config, self.chooser.tables, self.stream.riders[0])
-        self._initial = self._initial_state(1)
+        self._initial = begin(1)
         """State of a line at the begin of a shift."""
+        warn_of_reach(config, self.chooser.tables, self.stream.riders[0])
         self.reset(np.arange(count), self.generators)
-
-    def _initial_state(self, count: int) -> LineState:
-        hands = np.tile(self.chooser.initial_hand(), (len(self.config.robots), 1))
-        return LineState.begin(count, self.arriving.length, hands, self.chooser.tables.blank)
 
     def reset(self, rows: Ints, generators: Generators) -> None:
         """Begin shifts in some lines, each with its own generator."""
@@ -185,7 +178,8 @@ class LineCell:
         objects = take(self.stream.objects, index).replace(percent=choices["percent"])
         riders = take(self.stream.riders, index)
         if not isinstance(self.throws, TableThrows):
-            return Truth(choices["real"], objects, riders, None, np.full(choices.shape, np.nan))
+            nothing: Rows2[Result] = Result.none(*choices.shape)
+            return Truth(choices["real"], objects, riders, nothing, np.full(choices.shape, np.nan))
         results = self.throws.predict(state, self.stream, choices)
         in_time = state.clock[:, None] + choices["cycle"] <= self.config.duration
         value = np.where(results["sorted"] & in_time, riders["worth"], 0.0)
@@ -220,7 +214,7 @@ class LineCell:
             observation=observation,
         )
         if self.watched is not None:
-            cycle = self._record_cycle(before, decisions, int(choice[0])) if decisions.valid[0] else None
+            cycle = self._record(before, decisions, int(choice[0])) if decisions.valid[0] else None
             self.watched = self.watched.advance(float(before.clock[0]), cycle)
         return decisions
 
@@ -243,7 +237,7 @@ class LineCell:
         work_in_parts(work, np.arange(self.count), self._threads, draws)
         return observations
 
-    def _record_cycle(self, before: LineState, decisions: Decisions, choice: int) -> RobotCycle:
+    def _record(self, before: LineState, decisions: Decisions, choice: int) -> RobotCycle:
         """Tracks of the first line's decision, for pictures."""
         robot, start, context = (
             int(decisions.robot[0]),
@@ -265,10 +259,10 @@ class LineCell:
             in_bin=bool(decisions.results["ended_in"][0] >= 0),
         )
         tip = self.acts.tips(start)[robot] - before.arms["hand"][0, robot]
-        return record_cycle(decision, tip, planner.config, planner.mover, self.throws.recording)
+        return RobotCycle.of(decision, tip, planner.config, planner.mover, self.throws.recording)
 
 
-def _check_room(config: LineConfig, count: int, objects: int) -> None:
+def _check(config: LineConfig, count: int, objects: int) -> None:
     check_whole_number("num_envs", count, MOST_CELLS)
     if count * objects > MOST_OBJECTS:
         raise ConfigError(
@@ -278,7 +272,7 @@ def _check_room(config: LineConfig, count: int, objects: int) -> None:
         )
 
 
-def _warn_of_reach(config: LineConfig, tables: Tables, riders: Rows1[Rider]) -> None:
+def warn_of_reach(config: LineConfig, tables: Tables, riders: Rows1[Rider]) -> None:
     """Warn of objects (M,) that no robot can throw into a bin that takes them, with the shares of their items."""
     items, kinds = config.cell.items, riders["kind"]
     unreached: Ints = np.flatnonzero(~find_reach(tables, riders).any(axis=1))

@@ -80,7 +80,7 @@ class Chances:
         return cls(np.zeros(1), np.zeros(0), np.ones(items), np.ones((items, 1, 1)))
 
     @classmethod
-    def from_throws(
+    def of(
         cls, sealing: Floats, kind: Ints, percent: Floats, distance: Floats, hits: Bools, near: Self | None = None
     ) -> Self:
         """Table from N simulated throws of held objects; the chances to seal are known.

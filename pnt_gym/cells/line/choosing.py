@@ -52,6 +52,9 @@ class Chooser:
         self._planners = [PickPlanner(kind) for kind in kinds]
         self.tables: Tables = make_tables(config, self._planners, self._kind_of, chances)
         """Tables of the line for compiled functions."""
+        belt = config.cell.belt
+        self.initial_hand: Floats = np.array([0.0, (belt.lane_y[0] + belt.lane_y[1]) / 2, belt.height + 0.3])
+        """Position of hands when a shift begins: above the middle of the belt (3,) [m]."""
         trials = self._trial_throws()
         self.can_throw: Bools = np.array([len(choices) > 0 for _, choices in trials])
         """Whether each kind of robot, as `distinct_cells` orders them, can throw an object into one of its bins."""
@@ -74,7 +77,7 @@ class Chooser:
         tables = self.tables._replace(stations=stations, can_take=np.ones_like(self.tables.can_take))
         line, hand, trials = (
             np.zeros(1, dtype=np.int64),
-            self.initial_hand()[None],
+            self.initial_hand[None],
             list[tuple[Context, Rows1[Choice]]](),
         )
         for robot in np.unique(self._kind_of, return_index=True)[1]:
@@ -95,18 +98,13 @@ class Chooser:
         """The planner of a robot."""
         return self._planners[int(self._kind_of[robot])]
 
-    def initial_hand(self) -> Floats:
-        """Position of hands when a shift begins: above the middle of the belt (3,) [m]."""
-        belt = self._config.cell.belt
-        return np.array([0.0, (belt.lane_y[0] + belt.lane_y[1]) / 2, belt.height + 0.3])
-
     def advance(self, stream: Stream, state: LineState, lines: Ints) -> None:
         """Advance some lines, in place, to their next decisions or to the end of their shifts.
 
         Raises:
             ConfigError: the robots of a line find nothing that they can take.
         """
-        if not simulate.next_decisions(self.tables, state, stream.riders, lines, MOST_LOOKS):
+        if not simulate.advance(self.tables, state, stream.riders, lines, MOST_LOOKS):
             raise ConfigError(f"level {self._config.name!r}: the robots find no object that they can take")
 
     def plan_choices(self, robot: Ints, stream: Stream, choices: Rows1[Choice]) -> Context:

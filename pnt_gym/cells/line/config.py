@@ -39,12 +39,10 @@ _GHOSTS: Final = {"belt": {"neighbours": "ghosts"}}
 """Neighbours on a line, where carried objects pass over the objects on the belt."""
 
 
-def _random_bins_error(level: object) -> str:
-    """Error sentence for a line with random bins."""
-    return (
-        f"level {level!r} of a line has cell.bins.random, which draws a bin for every throw; the robots of a line "
-        "have fixed bins: leave random out and list the bins in cell.bins.fixed, or in the bins of each robot"
-    )
+_RANDOM_BINS: Final = (
+    "level {!r} of a line has cell.bins.random, which draws a bin for every throw; the robots of a line have fixed "
+    "bins: leave random out and list the bins in cell.bins.fixed, or in the bins of each robot"
+)
 
 
 @final
@@ -126,7 +124,7 @@ class LineConfig(LevelConfig):
 
     @field_validator("cell", mode="before")
     @classmethod
-    def _load_cell(cls, value: object, info: ValidationInfo) -> object:
+    def _read(cls, value: object, info: ValidationInfo) -> object:
         """The conveyor level that the differences in `cell` describe; on a line its neighbours are ghosts."""
         if isinstance(value, str | Path):
             value = {"base": value}
@@ -143,7 +141,7 @@ class LineConfig(LevelConfig):
             cell = {"fidelity": "flight", **cell}
         bins: object = cell.get("bins")
         if isinstance(bins, dict) and cast("dict[str, Any]", bins).get("random") is not None:
-            raise ValueError(_random_bins_error(info.data.get("name")))
+            raise ValueError(_RANDOM_BINS.format(info.data.get("name")))
         try:
             return ConveyorConfig.load(ConveyorConfig.merge(_GHOSTS, cell) if "base" in cell else dict(cell))
         except ConfigError as error:
@@ -168,7 +166,7 @@ class LineConfig(LevelConfig):
                 f"{MOST_OBJECTS} are drawn: shorten the shift, or move the robots closer together"
             )
         yield from self._sheet_problems()
-        yield from self._robot_problems()
+        yield from self.robot_problems()
         yield from self.cell.strangers("value.of", self.value.of)
         yield from self.cell.strangers("cost.per_tonne", self.cost.per_tonne)
         yield from self._skill_problems()
@@ -192,7 +190,7 @@ class LineConfig(LevelConfig):
     def _cell_problems(self) -> Iterator[str]:
         cell = self.cell
         if cell.bins.random is not None:
-            yield _random_bins_error(self.name)
+            yield _RANDOM_BINS.format(self.name)
         if cell.belt.neighbours != "ghosts":
             yield (
                 "cell.belt.neighbours is 'solid'; on a line carried objects pass over the belt's objects: use 'ghosts'"
@@ -231,7 +229,7 @@ class LineConfig(LevelConfig):
                 for clause in (*cell.robot_problems(), *cell.ride_problems()):
                     yield f"robot {robot.name!r}: {clause}"
 
-    def _robot_problems(self) -> Iterator[str]:
+    def robot_problems(self) -> Iterator[str]:
         """What is wrong with the robots beside each other: names, bins that fill, windows and standstills."""
         names = [robot.name for robot in self.robots]
         if len(set(names)) != len(names):

@@ -122,7 +122,7 @@ class LineCore:
             ActionError: the actions are not whole numbers from 0 to `CHOICES` - 1.
         """
         with nullcontext() if waiting is None else restore_rows(self.cell, waiting):
-            self.last = decisions = self.cell.take(_check_choices(actions, self.count))
+            self.last = decisions = self.cell.take(_check(actions, self.count))
             reward = decisions.value - self.config.price_of_time * decisions.elapsed
             ended = self.cell.over
             shift_info = self._shift_info(ended)
@@ -151,7 +151,7 @@ class LineCore:
                 "ended_in": results["ended_in"],
                 "start": decisions.start,
                 "cycle_time": decisions.end - decisions.start,
-                "wait_time": np.where(decisions.valid, decisions.wait, 0.0),
+                "wait_time": np.where(decisions.valid, attempt.chosen["wait"], 0.0),
                 **{name: results[name] for name in simulated},
                 **shift_info,
                 **self.kinds(),
@@ -179,7 +179,7 @@ class LineCore:
         return figures
 
 
-def _check_choices(actions: object, count: int) -> Ints:
+def _check(actions: object, count: int) -> Ints:
     """Actions as whole numbers (N,)."""
     try:
         choices: NDArray[Any] = np.asarray(actions)

@@ -25,8 +25,8 @@ class Truth:
     """Whether each choice exists; other rows hold arbitrary values."""
     objects: Objects
     riders: Rows2[Rider]
-    results: Rows2[Result] | None
-    """Results of each throw; None where only a simulation can tell."""
+    results: Rows2[Result]
+    """Results of each throw; of no attempt where only a simulation can tell."""
     value: Floats
     """Value that each choice would bring in; NaN where only a simulation can tell."""
 
@@ -35,17 +35,15 @@ def _per_choice(
     name: str, unit: str, meaning: str, value: Callable[[Truth], NDArray[np.generic]]
 ) -> tuple[Quantity, ...]:
     """A quantity of every choice, named by the choice's number; NaN where the choice does not exist."""
-
-    def choice_value(choice: int) -> Callable[[Truth], Floats]:
-        return lambda truth: np.where(truth.real[:, choice], value(truth)[:, choice], np.nan)
-
-    return tuple(Quantity(f"{name}_{choice}", unit, meaning, choice_value(choice)) for choice in range(CHOICES))
-
-
-def _results(truth: Truth) -> Rows2[Result]:
-    """Results of the throws, by the table."""
-    assert truth.results is not None
-    return truth.results
+    return tuple(
+        Quantity(
+            f"{name}_{choice}",
+            unit,
+            meaning,
+            lambda truth, choice=choice: np.where(truth.real[:, choice], value(truth)[:, choice], np.nan),
+        )
+        for choice in range(CHOICES)
+    )
 
 
 OBJECTS: Final = (
@@ -59,12 +57,12 @@ OBJECTS: Final = (
 """Quantities of every line."""
 BY_TABLE: Final = (
     *OBJECTS,
-    *_per_choice("picked", "-", "1 if the cup would seal on the object of choice K", lambda t: _results(t)["picked"]),
+    *_per_choice("picked", "-", "1 if the cup would seal on the object of choice K", lambda t: t.results["picked"]),
     *_per_choice(
-        "is_success", "-", "1 if the object would lie in the bin of the choice", lambda t: _results(t)["is_success"]
+        "is_success", "-", "1 if the object would lie in the bin of the choice", lambda t: t.results["is_success"]
     ),
     *_per_choice(
-        "sorted", "-", "1 if is_success_K is 1 and the bin takes the true item", lambda t: _results(t)["sorted"]
+        "sorted", "-", "1 if is_success_K is 1 and the bin takes the true item", lambda t: t.results["sorted"]
     ),
     *_per_choice("value", "-", "value that the choice would add before the shift ends", lambda t: t.value),
 )

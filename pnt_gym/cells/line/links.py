@@ -45,15 +45,7 @@ class Links(NamedTuple):
 
 
 @kernel_part
-def can_end(passage: Passage, moment: Moment, end: int) -> bool:
-    """Whether a moment can have an end."""
-    return moment.can_throw and (passage.seal < 1.0 if end == EMPTY else passage.seal > 0.0)
-
-
-@kernel_part
-def _first_passage(
-    riders: Rows1[Rider], passages: Rows1[Passage], robot: int, border: float, is_inclusive: bool
-) -> int:
+def first_below(riders: Rows1[Rider], passages: Rows1[Passage], robot: int, border: float, is_inclusive: bool) -> int:
     """Index of the first passage of a robot whose object begins upstream of a border, or on it if ``is_inclusive``."""
     begin, end = 0, len(passages)
     while begin < end:
@@ -64,20 +56,6 @@ def _first_passage(
         else:
             end = middle
     return begin
-
-
-@kernel_part
-def _range_near(
-    tables: Tables, riders: Rows1[Rider], passages: Rows1[Passage], robot: int, time: float
-) -> tuple[int, int]:
-    """Range of a robot's passages that contains all that link to a time [s]."""
-    line, base = tables.line[0], tables.stations[robot].base
-    high = base + line.window_high + MARGIN - line.speed * time
-    low = base + line.window_low - MARGIN - line.speed * (time + AHEAD)
-    return (
-        _first_passage(riders, passages, robot, high, True),
-        _first_passage(riders, passages, robot, low, False),
-    )
 
 
 @kernel_part
@@ -107,16 +85,20 @@ def _link(
 ) -> int:
     """Write the rows of what may follow an end of a moment of the passage in a row; returns their number."""
     passage, line = passages[row], tables.line[0]
-    is_empty = end == EMPTY
+    is_empty, base = end == EMPTY, tables.stations[passage.robot].base
     time = moment.empty_free if is_empty else moment.free
-    low, high = _range_near(tables, riders, passages, passage.robot, time)
+    # The objects that link to the time begin between these two places.
+    near = base + line.window_high + MARGIN - line.speed * time
+    far = base + line.window_low - MARGIN - line.speed * (time + AHEAD)
+    low = first_below(riders, passages, passage.robot, near, True)
+    high = first_below(riders, passages, passage.robot, far, False)
     hunts, others, count = empty_rows(high - low, HUNT), np.empty(high - low, dtype=np.int64), 0
     for q in range(low, high):
         other = passages[q]
         is_gone = other.index == passage.index and not is_empty
         if not is_gone and time <= other.end and other.begin <= time + AHEAD + step:
             hand, setting = moment.empty_stop if is_empty else moment.stop, tables.settings[other.setting]
-            x = riders[other.index].x + line.speed * time - tables.stations[passage.robot].base
+            x = riders[other.index].x + line.speed * time - base
             write_hunt(line, setting, riders[other.index], x, hand, hunts[count])
             hunts[count].earliest, others[count] = max(setting.least_time, 0.0), q
             count += 1
@@ -152,7 +134,8 @@ def link_moments(
             passage = passages[row]
             for n in range(passage.first_row, passage.first_row + passage.count):
                 first[end, n] = count
-                if not can_end(passage, moments[n], end):
+                has_end = passage.seal < 1.0 if end == EMPTY else passage.seal > 0.0
+                if not (has_end and moments[n].can_throw):
                     continue
                 if count + len(passages) > len(target):
                     target = np.append(target, np.empty_like(target))

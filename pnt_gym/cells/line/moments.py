@@ -58,15 +58,6 @@ PASSAGE, MOMENT, CHOICE, THROW = Passage.dtype, Moment.dtype, Choice.dtype, Thro
 
 
 @kernel_part
-def _count_failures(rider: Rider, picked: float) -> int:
-    """Attempts to pick an object that fail by its draws before one seals, where a share of picks seals."""
-    for failures in range(MOST_FAILURES):
-        if later_draw(rider.seal, failures) >= 1.0 - picked:
-            return failures
-    return MOST_FAILURES
-
-
-@kernel_part
 def _write_times(tables: Tables, rider: Rider, step: float, passage: Passage) -> bool:
     """Write the times of a passage of known robot and setting; returns whether there are any."""
     line, setting = tables.line[0], tables.settings[passage.setting]
@@ -107,8 +98,10 @@ def list_passages(tables: Tables, riders: Rows1[Rider], step: float, is_drawn: b
                 station.first_setting <= setting < station.end_setting
             )
             takes = tables.can_take[r, rider.seen] and tables.accepts[site, rider.seen]
-            picked = float(tables.chances.picked[rider.kind])
-            failures = _count_failures(rider, picked) if is_drawn else 0
+            picked, failures = float(tables.chances.picked[rider.kind]), 0
+            # Attempts that fail by the object's draws before one seals.
+            while is_drawn and failures < MOST_FAILURES and later_draw(rider.seal, failures) < 1.0 - picked:
+                failures += 1
             if not (is_own and takes and tables.accepts[site, rider.kind]) or failures == MOST_FAILURES:
                 continue
             for fails in range(1 + (failures > 0)):
@@ -148,22 +141,11 @@ def _write_lifts(tables: Tables, rider: Rider, passage: Passage, step: float, li
 
 
 @kernel_part
-def _worth(tables: Tables, rider: Rider, passage: Passage, lift: Choice) -> float:
-    """Value that a sealed attempt brings; 0 for a throw that ends after the shift."""
-    chance = landing_chance(tables.chances, rider.kind, lift)
-    if lift.lift + lift.throwing > tables.line[0].duration:
-        return 0.0
-    if 0.0 < passage.seal < 1.0:
-        return rider.worth * chance
-    return rider.worth if later_draw(rider.luck, passage.failures) < chance else 0.0
-
-
-@kernel_part
 def _write_moment(
     tables: Tables, rider: Rider, passage: Passage, before: Choice, after: Choice, moment: Moment
 ) -> None:
     """Write a moment from the lifts at its begin and at its end."""
-    speed = tables.line[0].speed
+    speed, luck = tables.line[0].speed, later_draw(rider.luck, passage.failures)
     moment.can_throw, moment.free, moment.worth = before.real or after.real, math.inf, 0.0
     moment.empty_free = before.lift + min(before.fading, after.fading)
     # Places move with the belt, and those of throws by what the ends of the step say.
@@ -180,7 +162,11 @@ def _write_moment(
     for lift in (before, after):
         if lift.real:
             moment.free = min(moment.free, before.lift + lift.throwing)
-            moment.worth = max(moment.worth, _worth(tables, rider, passage, lift))
+            chance = landing_chance(tables.chances, rider.kind, lift)
+            # By the table a sealed attempt brings its expected value; by the object's draws, all or nothing.
+            share = chance if 0.0 < passage.seal < 1.0 else 1.0 if luck < chance else 0.0
+            if lift.lift + lift.throwing <= tables.line[0].duration:
+                moment.worth = max(moment.worth, rider.worth * share)
 
 
 @kernel

@@ -54,15 +54,6 @@ def reaches(tables: Tables, robot: int, rider: Rider) -> bool:
     return False
 
 
-@kernel_part
-def is_reached(tables: Tables, rider: Rider) -> bool:
-    """Whether some robot of a line can throw an object into a bin that takes the object."""
-    is_in_reach = False
-    for robot in range(len(tables.stations)):
-        is_in_reach = is_in_reach or reaches(tables, robot, rider)
-    return is_in_reach
-
-
 @kernel
 def find_reach(tables: Tables, riders: Rows1[Rider]) -> Bools2:
     """Find which of R robots can throw which of M objects into a bin that takes the object (M, R)."""

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, take
-from pnt_gym.rows import Bools2, Floats1, Floats3, Pair, Row, Rows1, Rows2, Triple, field, put
+from pnt_gym.rows import Bools2, Floats1, Floats3, Pair, Row, Rows, Rows1, Rows2, Triple, field, put
 
 CHOICES: Final = 16
 """Choices that a robot has at most."""
@@ -226,10 +226,10 @@ class Result(Row):
     energy: float = field("J", "positive work of the motors for the throw and the way back")
     miss: Pair = field("m", "where a thrown object came down at the height of the opening, from its middle")
 
-
-def no_results(*shape: int) -> Rows1[Result]:
-    """Results without any attempt."""
-    return Result.zeros(*shape, ended_in=NOBODY, landing_error=np.nan, energy=np.nan, miss=np.nan)
+    @classmethod
+    def none(cls, *shape: int) -> Rows[Self]:
+        """Rows without any attempt."""
+        return cls.zeros(*shape, ended_in=NOBODY, landing_error=np.nan, energy=np.nan, miss=np.nan)
 
 
 @final

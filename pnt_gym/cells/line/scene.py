@@ -15,7 +15,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.furniture import HOOD, add_belt_frame, add_stand
 from pnt_gym.cells.conveyor.scene import add_bins, add_cup, add_ground, add_robot
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.engine import MjData, MjModel, MjSpec, mujoco
+from pnt_gym.engine import MjData, MjModel, mujoco
 from pnt_gym.palette import UNUSED, bin_colour
 from pnt_gym.robots.joints import RobotModel, qpos_columns
 
@@ -55,32 +55,29 @@ def build_scene(config: LineConfig) -> LineScene:
     add_ground(spec, config.cell.model_copy(update={"belt": belt_config.model_copy(update={"x": belt})}), GROUND)
     half, _ = HOOD
     add_belt_frame(spec, belt_config, (belt[0] + half, belt[1] - half), float(spec.geom("floor").pos[2]))
-    robots = tuple(_add_robot(spec, config, index) for index in range(len(config.robots)))
+    robots = list[RobotModel]()
+    for index, place in enumerate(config.robots):
+        # One robot with its cup and its bins.
+        cell, robot_spec, prefix = config.cell_of(index), mujoco.MjSpec(), f"{index}_"
+        robot = add_robot(robot_spec, cell.robot)
+        add_cup(robot_spec, cell.lip_length)
+        add_bins(robot_spec, cell)
+        add_stand(robot_spec, robot.mount, cell.belt.y[0], float(spec.geom("floor").pos[2]))
+        for number, colour in enumerate(bin_colours(config, index)):
+            for geom in robot_spec.body(f"bin_{number}").geoms:
+                geom.rgba = colour
+        # Robots of one model share its names, so each robot's names begin with its index.
+        spec.attach(robot_spec, prefix=prefix, frame=spec.worldbody.add_frame(pos=[place.x, 0.0, 0.0]))
+        robots.append(robot.with_prefix(prefix))
     model = spec.compile()
     columns = tuple(qpos_columns(model, robot) for robot in robots)
-    return LineScene(model, mujoco.MjData(model), robots, columns, belt)
+    return LineScene(model, mujoco.MjData(model), tuple(robots), columns, belt)
 
 
 def belt_extent(config: LineConfig) -> tuple[float, float]:
     """Ends of the visible belt along x [m]."""
     low, high = config.reach
     return min(low, config.robots[0].x + config.cell.belt.pick_x[0] - MARGIN), high + MARGIN
-
-
-def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> RobotModel:
-    """Add one robot with its cup and its bins at its place."""
-    cell, robot_spec = config.cell_of(index), mujoco.MjSpec()
-    robot = add_robot(robot_spec, cell.robot)
-    add_cup(robot_spec, cell.lip_length)
-    add_bins(robot_spec, cell)
-    add_stand(robot_spec, robot.mount, cell.belt.y[0], float(spec.geom("floor").pos[2]))
-    for number, colour in enumerate(bin_colours(config, index)):
-        for geom in robot_spec.body(f"bin_{number}").geoms:
-            geom.rgba = colour
-    # Robots of one model share its names, so each robot's names begin with its index.
-    prefix = f"{index}_"
-    spec.attach(robot_spec, prefix=prefix, frame=spec.worldbody.add_frame(pos=[config.robots[index].x, 0.0, 0.0]))
-    return robot.with_prefix(prefix)
 
 
 def bin_colours(config: LineConfig, index: int) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pnt_gym.cells.line.choose import landing_chance, write_choices
 from pnt_gym.cells.line.plan import plan_options
-from pnt_gym.cells.line.reach import is_reached
+from pnt_gym.cells.line.reach import reaches
 from pnt_gym.cells.line.rows import (
     IDLE_TIME,
     NOBODY,
@@ -20,7 +20,6 @@ from pnt_gym.cells.line.rows import (
     Outcome,
     Result,
     Rider,
-    RobotState,
     Tables,
     Tally,
     Worth,
@@ -35,7 +34,7 @@ RIDES, HELD, SORTED, MISPLACED, FLOOR = map(int, Fate)
 
 
 @kernel
-def next_decisions(tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, looks: int) -> bool:
+def advance(tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, looks: int) -> bool:
     """Advance some lines to their next decisions, or to the end of their shifts.
 
     Args:
@@ -91,7 +90,7 @@ def redraw(draws: Floats1, attempts: Ints1) -> Floats1:
 
 
 @kernel
-def throw_by_table(
+def predict(
     tables: Tables, state: LineState, riders: Rows2[Rider], choices: Rows2[Choice], results: Rows2[Result]
 ) -> None:
     """Write the results of choices of the deciding robots by the table of throws; nothing happens without a choice.
@@ -103,7 +102,7 @@ def throw_by_table(
         state: state of the lines.
         riders: objects of all lines (N, M).
         choices: choices of each line (N, C).
-        results: written, of `no_results` before (N, C).
+        results: written, of `Result.none` before (N, C).
     """
     for n in range(len(choices)):
         first_site = tables.stations[state.turns[n].robot].first_site
@@ -117,18 +116,6 @@ def throw_by_table(
             result.is_success = result.picked and later_draw(rider.luck, tries) < chance
             result.sorted = result.is_success and tables.accepts[first_site + choice.bin, rider.kind]
             result.ended_in = choice.bin if result.is_success else NOBODY
-
-
-@kernel_part
-def _end_cycle(tables: Tables, choice: Choice, picked: bool, arm: RobotState) -> float:
-    """Write the place at which a hand is free after a decision; returns the time until then [s]."""
-    for axis in range(3):
-        arm.hand[axis] = choice.stop[axis] if picked else choice.pick[axis]
-    if picked:
-        return choice.cycle
-    # The velocity of the belt fades evenly on average: its way is s T / 2.
-    arm.hand[0] += tables.line[0].speed * choice.fading / 2.0
-    return choice.lift + choice.fading
 
 
 @kernel
@@ -159,7 +146,13 @@ def end_cycles(
         if not choice.real:
             arm.free = arm.expected = outcome.end = clock + IDLE_TIME
             continue
-        cycle = _end_cycle(tables, choice, result.picked, arm)
+        for axis in range(3):
+            arm.hand[axis] = choice.stop[axis] if result.picked else choice.pick[axis]
+        cycle = choice.cycle
+        if not result.picked:
+            # The velocity of the belt fades evenly on average: its way is s T / 2.
+            arm.hand[0] += tables.line[0].speed * choice.fading / 2.0
+            cycle = choice.lift + choice.fading
         arm.free = outcome.end = clock + cycle
         arm.expected = clock + choice.cycle
         arm.busy += cycle - choice.wait
@@ -218,4 +211,7 @@ def count_fates(
                 tally.passed += 1
                 worth.passed = worth.arrived
                 tally.tried += account.attempts > 0
-                tally.unreached += account.attempts == 0 and not is_reached(tables, riders[k, i])
+                is_unreached = account.attempts == 0
+                for robot in range(len(tables.stations)):
+                    is_unreached = is_unreached and not reaches(tables, robot, riders[k, i])
+                tally.unreached += is_unreached

@@ -77,9 +77,9 @@ class StreamSampler:
         self._coming: dict[int, ComingStream] = {}
         """Streams that were drawn ahead, by their lines."""
 
-    def empty_streams(self, count: int) -> Stream:
+    def empty(self, count: int) -> Stream:
         """Arrays for N streams, filled with an arbitrary stream."""
-        objects, riders = self._draw_streams([np.random.default_rng(0)])
+        objects, riders = self._draw([np.random.default_rng(0)])
         first = np.zeros(count, dtype=np.int64)
         return Stream(take(objects, first), take(riders, first))
 
@@ -101,20 +101,20 @@ class StreamSampler:
                 generator.bit_generator.state = coming.after
                 streams.write(rows[[place]], coming.stream)
         if missing:
-            streams.write(rows[missing], self._draw_streams([generators[place] for place in missing]))
+            streams.write(rows[missing], self._draw([generators[place] for place in missing]))
 
     def draw_ahead(self, row: int, generator: np.random.Generator) -> None:
         """Draw the stream that `draw` will give a line for its generator as it is, and leave the generator so."""
         bits = generator.bit_generator
         before = bits.state
         try:
-            self._coming[row] = ComingStream(self._draw_streams([generator]), before, bits.state)
+            self._coming[row] = ComingStream(self._draw([generator]), before, bits.state)
         except ConfigError:
             self._coming.pop(row, None)  # `draw` raises the error where the shift does begin
         finally:
             bits.state = before
 
-    def _draw_streams(self, generators: Generators) -> Stream:
+    def _draw(self, generators: Generators) -> Stream:
         """New streams, one from each of K generators (K, M)."""
         config, count = self._config, len(generators)
         gaps, worth, luck = np.empty((3, count, self.length))

@@ -20,7 +20,7 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.line import simulate
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import distinct_cells
-from pnt_gym.cells.line.rows import Choice, LineState, Result, Rider, Tables, no_results
+from pnt_gym.cells.line.rows import Choice, LineState, Result, Rider, Tables
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.rows import Rows1, Rows2
 
@@ -113,8 +113,8 @@ class TableThrows(ThrowExecutor):
 
     def predict(self, state: LineState, stream: Stream, choices: Rows2[Choice]) -> Rows2[Result]:
         """Results of choices of the deciding robots (N, C)."""
-        results = no_results(*choices.shape)
-        simulate.throw_by_table(self._tables, state, stream.riders, choices, results)
+        results = Result.none(*choices.shape)
+        simulate.predict(self._tables, state, stream.riders, choices, results)
         return results
 
 
@@ -142,7 +142,7 @@ class SimulatedThrows(ThrowExecutor):
 
     def execute(self, state: LineState, attempt: Attempt) -> Rows1[Result]:
         """Results by the conveyor's physics, with the hand returning to the place of its pick."""
-        results, rows = no_results(len(attempt.robot)), np.flatnonzero(attempt.valid)
+        results, rows = Result.none(len(attempt.robot)), np.flatnonzero(attempt.valid)
         if rows.size == 0:
             return results
         self.recording = None

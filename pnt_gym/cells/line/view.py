@@ -53,9 +53,10 @@ class LineView(View):
         if cell.count != 1:
             raise ConfigError(f"num_envs is {cell.count}; pictures show a single line: set num_envs to 1")
         cell.watch()
-        self._cell, self._origin = cell, cell.config.robots[0].x
+        self._cell = cell
         # The line with its first robot at x 0, where the renderer's single precision is sharp.
-        origin = cell.config.robots[0].x
+        self._origin = origin = cell.config.robots[0].x
+        self._robot_x: Floats = cell.config.robot_x() - origin
         robots = tuple(robot.model_copy(update={"x": robot.x - origin}) for robot in cell.config.robots)
         near = cell.config.model_copy(update={"robots": robots})
         self._scene = build_scene(near)
@@ -131,31 +132,22 @@ class LineView(View):
             Marker(kind, size, np.array([slat, middle, belt.height]), np.eye(3).ravel(), _SLAT)
             for slat in np.arange(low + belt.speed * time % SLATS, high, SLATS)
         ]
-        markers = [*slats, *riding, *self._object_markers(time), *self._trails(time)]
+        markers = [*slats, *riding, *self.markers_at(time)]
         return self._scene.model, self._scene.data, markers
 
-    def _object_markers(self, time: float) -> list[Marker]:
-        """Markers of objects in hands, in the air and at rest."""
+    def markers_at(self, time: float) -> list[Marker]:
+        """Markers of objects in hands, in the air and at rest, and dots along the past paths of the moving ones."""
         cycles = [(cycle, pose) for cycle in self._cell.acts.cycles if (pose := cycle.object_pose(time)) is not None]
-        if not cycles:
-            return []
-        objects_index: Ints = np.array([cycle.number for cycle, _ in cycles])
-        poses: Floats = np.stack([pose for _, pose in cycles])
-        places = self._places()[[cycle.robot for cycle, _ in cycles]]
-        poses[:, 0] += places
-        return object_markers(take(self._cell.stream.objects, (0, objects_index)), poses[:, :3], poses[:, 3:])
-
-    def _trails(self, time: float) -> list[Marker]:
-        """Dots along the past path of objects that are in hands or in the air."""
-        places, dots = self._places(), list[Marker]()
+        markers = list[Marker]()
+        if cycles:
+            objects_index: Ints = np.array([cycle.number for cycle, _ in cycles])
+            poses: Floats = np.stack([pose for _, pose in cycles])
+            poses[:, 0] += self._robot_x[[cycle.robot for cycle, _ in cycles]]
+            markers += object_markers(take(self._cell.stream.objects, (0, objects_index)), poses[:, :3], poses[:, 3:])
         for cycle in self._cell.acts.cycles:
             if cycle.object_track is None or not cycle.lift <= time < cycle.object_track.time[-1]:
                 continue
             for moment in np.arange(cycle.lift, time, TRAIL):
-                middle = cycle.object_track.at(moment)[:3] + np.array([places[cycle.robot], 0.0, 0.0])
-                dots.append(Marker.dot(middle, np.array(FLIGHT), 0.011))
-        return dots
-
-    def _places(self) -> Floats:
-        """Where the robots stand along the belt in the picture (R,) [m]."""
-        return self._cell.config.robot_x() - self._origin
+                middle = cycle.object_track.at(moment)[:3] + np.array([self._robot_x[cycle.robot], 0.0, 0.0])
+                markers.append(Marker.dot(middle, np.array(FLIGHT), 0.011))
+        return markers

@@ -21,7 +21,7 @@ from pnt_gym.cells.one_joint.outcome import Outcome, judge
 from pnt_gym.cells.one_joint.pallets import SWEEP, stack_pose
 from pnt_gym.cells.one_joint.planner import ThrowPlanner
 from pnt_gym.cells.one_joint.plant import OneJointPlant
-from pnt_gym.cells.one_joint.tasks import job_of
+from pnt_gym.cells.one_joint.tasks import Job
 from pnt_gym.cells.one_joint.view import DOTS, camera
 from pnt_gym.engine import MjData, MjModel
 from pnt_gym.errors import ConfigError
@@ -55,7 +55,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
 
     def __init__(self, config: OneJointConfig, count: int, threads: int = 1) -> None:
         super().__init__(config, count, threads)
-        self.job = job_of(config)
+        self.job = Job.of(config)
         self.item_names = self.target_names = self.job.names
         self.episode = len(self.job.targets) if self.job.in_order else 1
         self.planner = ThrowPlanner(config, self.job)
@@ -143,7 +143,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
     def first(self, rows: Ints) -> Context:
         """First throws of some rows, with empty pallets."""
         lying = np.full((len(rows), len(self.job.parts), 3), np.nan)
-        return self._draw_context(rows, np.zeros(len(rows), dtype=np.int64), lying)
+        return self._draw(rows, np.zeros(len(rows), dtype=np.int64), lying)
 
     def following(self, outcome: Outcome) -> Context:
         """New throws; in an assembly, the second part where the first one lies in place."""
@@ -153,9 +153,9 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
             goes_on = outcome.is_success & (self.context.kind + 1 < len(self.job.targets))
             kind = np.where(goes_on, self.context.kind + 1, 0)
             lying[goes_on, 0] = outcome.final[goes_on, 0]
-        return self._draw_context(rows, kind, lying)
+        return self._draw(rows, kind, lying)
 
-    def _draw_context(self, rows: Ints, kind: Ints, lying: Floats) -> Context:
+    def _draw(self, rows: Ints, kind: Ints, lying: Floats) -> Context:
         """Coming throws of some rows; kinds (N,) count only in an assembly."""
         if self.job.region is not None:
             goal, plans, suitable = self._attempt(rows, self.job.region)

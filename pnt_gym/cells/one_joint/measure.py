@@ -33,11 +33,6 @@ class Frames:
     """Whether the frame shows the part (N, F)."""
 
 
-def least_flight(config: OneJointConfig) -> float:
-    """Least time for which a flight is recorded, however short its plan is [s]."""
-    return MIN_CONTACT_FLIGHT if config.release == "contact" else MIN_FRAMES / config.camera.rate
-
-
 def film(flight: Flight, flight_time: Floats, noise: Floats, config: OneJointConfig) -> Frames:
     """Frames of N flights from the release until the planned arrival or the first touch.
 

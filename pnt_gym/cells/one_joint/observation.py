@@ -13,16 +13,6 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.features import Feature, FeatureTable, Quantity
-from pnt_gym.cells.one_joint.context import Context
-
-
-def _is_kind(kind: int, context: Context) -> Floats:
-    return (context.kind == kind).astype(np.float64)
-
-
-def _tilt(context: Context) -> Floats:
-    return np.where(np.isnan(context.lying[:, 0, 2]), 0.0, context.goal[:, 2] - context.nominal[:, 2])
-
 
 FEATURES: Final = (
     Feature("goal_x", "m", -0.15, 0.20, "where the centre of mass has to pass", lambda c: c.goal[:, 0]),
@@ -41,11 +31,12 @@ FEATURES: Final = (
         "braking", "rad/s2", -200.0, 60.0, "arm acceleration after the nominal release",
         lambda c: c.plans.motion.braking,
     ),
-    Feature("is_first", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is_kind(0, c)),
-    Feature("is_second", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is_kind(1, c)),
-    Feature("is_third", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is_kind(2, c)),
+    Feature("is_first", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: c.kind == 0),
+    Feature("is_second", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: c.kind == 1),
+    Feature("is_third", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: c.kind == 2),
     Feature(
-        "tilt", "rad", 0.0, 0.10, "of the goal against the kind's nominal goal: how the part below lies", _tilt,
+        "tilt", "rad", 0.0, 0.10, "of the goal against the kind's nominal goal: how the part below lies",
+        lambda c: np.where(np.isnan(c.lying[:, 0, 2]), 0.0, c.goal[:, 2] - c.nominal[:, 2]),
     ),
 )  # fmt: skip
 TABLE: Final = FeatureTable(FEATURES)

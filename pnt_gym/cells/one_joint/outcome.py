@@ -161,7 +161,7 @@ def lies_at(pose: Floats, velocity: Floats, seat: Floats, tolerance: SeatToleran
     return near & still & (np.abs(velocity[:, 2]) <= tolerance.spin)
 
 
-def lies_in_pocket(pose: Floats, velocity: Floats, pallet: Pallet) -> Bools:
+def lies_in(pose: Floats, velocity: Floats, pallet: Pallet) -> Bools:
     """Whether parts rest in a pallet (N,); see `lies_at`."""
     return lies_at(pose, velocity, pallet.pose, IN_POCKET)
 
@@ -172,7 +172,7 @@ def _judge_rest(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
         nowhere = np.zeros(len(kind), dtype=np.bool_)
         return nowhere, nowhere
     pose, velocity, touches = flight.final_pose, flight.final_velocity, flight.touches()
-    inside = np.stack([lies_in_pocket(pose[:, 0], velocity[:, 0], pallet) for pallet in job.pallets], axis=1)
+    inside = np.stack([lies_in(pose[:, 0], velocity[:, 0], pallet) for pallet in job.pallets], axis=1)
     if job.in_order:
         # The second part of an assembly rests on the first part, which stands on the only pallet; the second part must
         # not touch that pallet.

@@ -1,4 +1,4 @@
-"""Pallets that catch the thrown parts, and flights that pass them (Miyashita et al., section 6.3).
+"""Pallets that catch the thrown parts (Miyashita et al., section 6.3).
 
 A pallet stands still in the plane of the throw. Its walls are boxes in the frame of its goal, the pose of a part that
 lies in the pallet: u along the part, v across the part. All parts are thrown upside down, so gravity holds them to the
@@ -18,13 +18,11 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.one_joint.parts import AITCH, BAR, BLOCK, TEE, Boxes, Part, add_boxes, block, turn_quaternion
-from pnt_gym.constants import GRAVITY
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.one_joint.parts import AITCH, BAR, BLOCK, TEE, Boxes, Part, add_boxes, turn_quaternion
 from pnt_gym.engine import MjSpec, mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.palette import DARK_WOOD, STEEL, WOOD, Colour
-from pnt_gym.planning.one_joint.landing import release_states_batch
 
 PALLET_DEPTH: Final = 0.050
 """Depth across the plane: a centimetre more than the parts on either side [m]."""
@@ -36,10 +34,6 @@ LIP_PLAY, BACK_PLAY = 0.006, 0.004
 """Room before and behind a part that lies exactly at the goal, 10 mm in all [m]."""
 BACK: Final = 0.016
 """Height of the board that stops the part, about half the block; a throw 2 cm too high passes over the board [m]."""
-MARGIN: Final = 0.005
-"""Least distance from other pallets at which a part passes them [m]."""
-SAMPLES: Final = 240
-"""Poses along a flight that are checked against walls; a part moves less than 8 mm between two poses."""
 SWEEP: Final = 0.320
 """Distance from the pivot that the arm and the parts on it never reach: the outer top corner of an H whose edge ends
 with the plate is at 0.313 m, and a part may lie some millimetres too far out [m]."""
@@ -105,12 +99,6 @@ def pocket(part: Part) -> Boxes:
     )
 
 
-def stand() -> Boxes:
-    """Boxes of a T fixed upside down under an H: its stem in the H's slot, the H's legs on its bar (Fig. 16a)."""
-    face = BAR - TEE.half_height
-    return tuple((-u, AITCH.half_height + face - v, a, b, turn) for u, v, a, b, turn in TEE.boxes)
-
-
 def stack_pose(pose: Floats) -> Floats:
     """Poses (..., 3) of a T whose stem is in the upper slot of an H at poses (..., 3), both upside down (Fig. 16b)."""
     rise = AITCH.half_height + BAR - TEE.half_height
@@ -128,8 +116,17 @@ SORTING: Final = (
     Pallet("pallet_3", _goal(-0.40, 0.10, 195.0, -1.70), pocket(BLOCK)),
 )
 """Three pockets for the block. The first goal is the paper's; the others are ours, see the module's text."""
-STAND: Final = Pallet("stand", _goal(0.42, -0.06, 189.0, -2.20), stand(), depth=AITCH.depth, rgba=DARK_WOOD)
+_UNDER: Final = AITCH.half_height + (BAR - TEE.half_height)
+STAND: Final = Pallet(
+    "stand",
+    _goal(0.42, -0.06, 189.0, -2.20),
+    tuple((-u, _UNDER - v, a, b, turn) for u, v, a, b, turn in TEE.boxes),
+    depth=AITCH.depth,
+    rgba=DARK_WOOD,
+)
 """Pallet of the assembly, and the goal of the H.
+
+The boxes are a T fixed upside down under the H: its stem in the H's slot, the H's legs on its bar (Fig. 16a).
 
 The part must not turn much while the stem enters the slot, so the goal is low, where the fall is fast: 15 mm take 7 ms
 and 3 deg. The goal lies to the right of the arm's sweep, where the falling part is 15 cm away from the rising one. The
@@ -168,72 +165,3 @@ def place_boxes(boxes: Floats, pose: Floats) -> Floats:
     u, v, half_u, half_v, angle = np.moveaxis(boxes, -1, 0)
     columns = x + cos * u - sin * v, y + sin * u + cos * v, half_u, half_v, phi + angle
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
-
-
-def flight_poses(u: Floats, half_height: float, samples: int = SAMPLES) -> Floats:
-    """Poses x, y, phi (N, samples, 3) from release to arrival (Eq. 11).
-
-    Args:
-        u: release states theta_t [rad], theta'_t [rad/s], l_t [m], t_f [s] (N, 4).
-        half_height: d of the part [m].
-        samples: at even steps of time, both ends included.
-    """
-    theta, omega, radius, flight = (u[:, k, None] for k in range(4))
-    # Angle of the line from the pivot to the centre of mass at the release.
-    angle = theta + np.arcsin(half_height / radius)
-    cos, sin = np.cos(angle), np.sin(angle)
-    t = flight * np.linspace(0.0, 1.0, samples)
-    x = radius * (cos - omega * sin * t)
-    y = radius * (sin + omega * cos * t) - 0.5 * GRAVITY * t**2
-    return np.stack([x, y, theta + omega * t], axis=-1)
-
-
-def clearance(u: Floats, part: Part, pallets: Sequence[Pallet]) -> Floats:
-    """Least distance of thrown parts from pallets during the whole flight (N,) [m].
-
-    Separating axes of the part's boxes and the walls give a lower bound of the distance for each pose, exact where
-    sides face each other; an overlap counts negative, by its depth. Between two poses a part may come nearer by 1 mm.
-    Infinite if there are no pallets.
-
-    Args:
-        u: release states (N, 4), as in `flight_poses`.
-        part: the thrown part.
-        pallets: pallets along the way, without the target.
-    """
-    swept = place_boxes(np.array(part.boxes), flight_poses(u, part.half_height))
-    nearest = np.full(len(u), np.inf)
-    for walls in (pallet.walls for pallet in pallets):
-        nearest = np.minimum(nearest, gaps(swept[..., None, :], walls).min(axis=(1, 2, 3)))
-    return nearest
-
-
-def clear_vertical_speeds(goal: Pallet, speeds: Floats, part: Part, pallets: Sequence[Pallet]) -> Bools:
-    """Vertical speeds at which a throw to a goal passes the other pallets (S,), as section 6.3 chooses them.
-
-    Args:
-        goal: the target pallet; its own vertical speed is not used.
-        speeds: vertical speeds at the arrival (S,) [m/s].
-        part: the thrown part.
-        pallets: all pallets, from which the part stays away by `MARGIN`; the target may be among them.
-    """
-    goals = np.tile(goal.state, (len(speeds), 1))
-    goals[:, 3] = speeds
-    release = release_states_batch(goals, block=block(part))
-    clear = np.zeros(len(speeds), dtype=np.bool_)
-    obstacles = [p for p in pallets if p.name != goal.name]
-    clear[release.feasible] = clearance(release.u[release.feasible], part, obstacles) > MARGIN
-    return clear
-
-
-def gaps(a: Floats, b: Floats) -> Floats:
-    """Largest gap along a separating axis between boxes (..., 5) and boxes (..., 5) (...,) [m]; negative: overlap."""
-    turn = b[..., 4] - a[..., 4]
-    cos, sin = np.abs(np.cos(turn)), np.abs(np.sin(turn))
-    separations: list[Floats] = []
-    for frame, box in ((a, b), (b, a)):
-        dx, dy = box[..., 0] - frame[..., 0], box[..., 1] - frame[..., 1]
-        along, across = np.cos(frame[..., 4]), np.sin(frame[..., 4])
-        u = np.abs(dx * along + dy * across) - frame[..., 2] - box[..., 2] * cos - box[..., 3] * sin
-        v = np.abs(dy * along - dx * across) - frame[..., 3] - box[..., 2] * sin - box[..., 3] * cos
-        separations.append(np.maximum(u, v))
-    return np.maximum(separations[0], separations[1])

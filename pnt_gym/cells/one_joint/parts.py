@@ -206,11 +206,6 @@ def _box(u: tuple[float, float], v: tuple[float, float]) -> tuple[float, float, 
     return (u[0] + u[1]) / 2, (v[0] + v[1]) / 2, (u[1] - u[0]) / 2, (v[1] - v[0]) / 2, 0.0
 
 
-def _block() -> Part:
-    h, d = WIDTH / 2, 0.015
-    return Part(name="block", outline=((-h, -d), (h, -d), (h, d), (-h, d)), boxes=(_box((-h, h), (-d, d)),))
-
-
 def _tee() -> Part:
     """The T about its centre of mass; its bar lies on the arm, its stem points up."""
     h, s, shoulder = WIDTH / 2, STEM / 2, BAR + STEM_LENGTH - STEM / 2
@@ -238,6 +233,9 @@ def _aitch() -> Part:
     return Part(name="aitch", outline=(*right, *left), boxes=boxes, rgba=AITCH_COLOUR)
 
 
-BLOCK: Final = _block()
+_H, _D = WIDTH / 2, 0.015
+BLOCK: Final = Part(
+    name="block", outline=((-_H, -_D), (_H, -_D), (_H, _D), (-_H, _D)), boxes=(_box((-_H, _H), (-_D, _D)),)
+)
 TEE: Final = _tee()
 AITCH: Final = _aitch()

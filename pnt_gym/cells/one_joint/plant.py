@@ -19,9 +19,9 @@ from pnt_gym.cells.base.plant import TOUCH_DISTANCE, Plant, roll_out, step_count
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.flight import Flight
-from pnt_gym.cells.one_joint.measure import least_flight
+from pnt_gym.cells.one_joint.measure import MIN_CONTACT_FLIGHT, MIN_FRAMES
 from pnt_gym.cells.one_joint.scene import TORQUE, Scene, build_scene, contact_columns
-from pnt_gym.cells.one_joint.tasks import job_of
+from pnt_gym.cells.one_joint.tasks import Job
 from pnt_gym.planning.one_joint import ThrowPlans
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.robots.one_joint.model import STOPPER_GAP, STOPPER_WIDTH
@@ -44,7 +44,7 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
     def __init__(self, config: OneJointConfig, count: int, threads: int = 1) -> None:
         self.config = config
         self.arm = config.arm.arm()
-        job = job_of(config)
+        job = Job.of(config)
         self.scene: Scene = build_scene(config, job.parts, job.pallets)
         super().__init__(config, self.scene.model, count, threads)
         # Mass, inertia and height of every part (P,); the radius comes from the plan.
@@ -61,7 +61,9 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         release = motion.duration + delay
         clock = Clock.releasing_at(release, step)
         settle = SETTLE if self.scene.pallets else 0.0
-        flight_limit = np.maximum(LATEST_FLIGHT * flight_time, least_flight(self.config))
+        # However short its plan is, the flight is recorded at least so long.
+        least = MIN_CONTACT_FLIGHT if self.config.release == "contact" else MIN_FRAMES / self.config.camera.rate
+        flight_limit = np.maximum(LATEST_FLIGHT * flight_time, least)
         end = release + flight_limit + MARGIN + settle
         steps = step_counts(end - clock.start, step)
         self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, load.radius + hidden.radius, context.lying)

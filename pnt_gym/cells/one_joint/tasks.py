@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final, final
+from typing import Final, Self, final
 
 import numpy as np
 
@@ -64,34 +64,34 @@ class Job:
         """Names of the kinds."""
         return tuple(target.name for target in self.targets)
 
+    @classmethod
+    def of(cls, config: OneJointConfig) -> Self:
+        """Job of a level's task.
 
-def job_of(config: OneJointConfig) -> Job:
-    """Job of a level's task.
-
-    Raises:
-        ConfigError: `sort` or `assembly` is given goals, although their pallets are the goals.
-    """
-    if config.task != "throw" and (config.goals.fixed or config.goals.region is not None):
-        raise ConfigError(f"task {config.task!r} throws at its own pallets; leave `goals` empty")
-    if config.task == "assembly":
-        parts = tuple(part for part, _ in ASSEMBLY)
-        targets = tuple(Target(part.name, np.array(goal), k) for k, (part, goal) in enumerate(ASSEMBLY))
-        return Job(parts, (STAND,), targets, in_order=True)
-    block = config.block
-    h, d = block.half_length, block.half_height
-    part = Part(
-        name="block",
-        outline=((-h, -d), (h, -d), (h, d), (-h, d)),
-        boxes=((0.0, 0.0, h, d, 0.0),),
-        depth=block.depth,
-        density=block.mass / (4.0 * h * d * block.depth),
-    )
-    if config.task == "sort":
-        pallets = tuple(replace(pallet, boxes=pocket(part)) for pallet in SORTING)
-        return Job((part,), pallets, tuple(Target(p.name, p.state, 0) for p in pallets))
-    pushes = config.release == "contact" and config.goals == Goals()
-    if fixed := PUSHED if pushes else config.goals.fixed:
-        return Job((part,), (), tuple(Target(g.name, g.state(), 0) for g in fixed))
-    region = config.goals.region or GoalRegion()
-    low, high = region.bounds()
-    return Job((part,), (), (Target("goal", 0.5 * (low + high), 0),), region)
+        Raises:
+            ConfigError: `sort` or `assembly` is given goals, although their pallets are the goals.
+        """
+        if config.task != "throw" and (config.goals.fixed or config.goals.region is not None):
+            raise ConfigError(f"task {config.task!r} throws at its own pallets; leave `goals` empty")
+        if config.task == "assembly":
+            parts = tuple(part for part, _ in ASSEMBLY)
+            targets = tuple(Target(part.name, np.array(goal), k) for k, (part, goal) in enumerate(ASSEMBLY))
+            return cls(parts, (STAND,), targets, in_order=True)
+        block = config.block
+        h, d = block.half_length, block.half_height
+        part = Part(
+            name="block",
+            outline=((-h, -d), (h, -d), (h, d), (-h, d)),
+            boxes=((0.0, 0.0, h, d, 0.0),),
+            depth=block.depth,
+            density=block.mass / (4.0 * h * d * block.depth),
+        )
+        if config.task == "sort":
+            pallets = tuple(replace(pallet, boxes=pocket(part)) for pallet in SORTING)
+            return cls((part,), pallets, tuple(Target(p.name, p.state, 0) for p in pallets))
+        pushes = config.release == "contact" and config.goals == Goals()
+        if fixed := PUSHED if pushes else config.goals.fixed:
+            return cls((part,), (), tuple(Target(g.name, g.state(), 0) for g in fixed))
+        region = config.goals.region or GoalRegion()
+        low, high = region.bounds()
+        return cls((part,), (), (Target("goal", 0.5 * (low + high), 0),), region)

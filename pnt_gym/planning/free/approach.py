@@ -37,28 +37,29 @@ class Entry(NamedTuple):
     acceleration: Floats
     down: Segments
 
+    @classmethod
+    def of(cls, limits: Limits, count: int, height: float) -> Entry:
+        """Return the quickest approaches over ``height`` [m] that are entered in motion, for ``count`` rows.
 
-def approach_entry(limits: Limits, count: int, height: float) -> Entry:
-    """Return the quickest approaches over ``height`` [m] that are entered in motion, for ``count`` rows.
-
-    Where the entry would be too fast for the speed limit, the hand enters near that limit and brakes as late as it can.
-    """
-    velocity, acceleration, jerk = rows = limits.arrays(count)
-    elapsed = ENTRY * acceleration / jerk
-    stop = _initial_speed(rows, elapsed, height)
-    braking = (np.sqrt(jerk * stop) >= jerk * elapsed) & (stop <= SPEEDING * velocity)
-    elapsed = np.where(braking, elapsed, 0.0)
-    stop = np.where(braking, stop, np.minimum(_initial_speed(rows, elapsed, height), SPEEDING * velocity))
-    speed = stop - 0.5 * jerk * elapsed**2
-    coasting = np.where(braking, 0.0, np.maximum(height - brake_distance(stop, rows), 0.0) / speed)
-    down = brake(np.tile([0.0, 0.0, -1.0], (count, 1)), stop, rows).delay(coasting)
-    down.durations[:, 1] = np.maximum(down.durations[:, 1] - elapsed, 0.0)
-    zero = np.zeros(count)
-    return Entry(
-        velocity=np.stack([zero, zero, -speed], axis=1),
-        acceleration=np.stack([zero, zero, jerk * elapsed], axis=1),
-        down=down,
-    )
+        Where the entry would be too fast for the speed limit, the hand enters near that limit and brakes as late as it
+        can.
+        """
+        velocity, acceleration, jerk = rows = limits.arrays(count)
+        elapsed = ENTRY * acceleration / jerk
+        stop = _initial_speed(rows, elapsed, height)
+        braking = (np.sqrt(jerk * stop) >= jerk * elapsed) & (stop <= SPEEDING * velocity)
+        elapsed = np.where(braking, elapsed, 0.0)
+        stop = np.where(braking, stop, np.minimum(_initial_speed(rows, elapsed, height), SPEEDING * velocity))
+        speed = stop - 0.5 * jerk * elapsed**2
+        coasting = np.where(braking, 0.0, np.maximum(height - brake_distance(stop, rows), 0.0) / speed)
+        down = brake(np.tile([0.0, 0.0, -1.0], (count, 1)), stop, rows).delay(coasting)
+        down.durations[:, 1] = np.maximum(down.durations[:, 1] - elapsed, 0.0)
+        zero = np.zeros(count)
+        return cls(
+            velocity=np.stack([zero, zero, -speed], axis=1),
+            acceleration=np.stack([zero, zero, jerk * elapsed], axis=1),
+            down=down,
+        )
 
 
 def _initial_speed(limits: LimitRows, elapsed: Floats, height: float) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.free.approach import Entry, approach_entry
+from pnt_gym.planning.free.approach import Entry
 from pnt_gym.planning.free.release import clearing_time
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import Limits
@@ -84,7 +84,7 @@ def return_leg(
         fall, still = np.tile([0.0, 0.0, -rules.approach], (count, 1)), np.zeros((count, 3))
         entry = Entry(still, still, rest_to_rest(fall, limits))
     else:
-        entry = approach_entry(limits, count, rules.approach)
+        entry = Entry.of(limits, count, rules.approach)
     down = entry.down
     way = next_picks + np.array([0.0, 0.0, rules.approach]) - start
     if drift is not None:
@@ -101,7 +101,7 @@ def return_leg(
         by=SLOWER * clearing_time(limits, count, rules.clear_distance),
     )
     before = np.where(valid[:, None], velocity, 0.0)
-    turn = _Rotation.from_velocity(before)
+    turn = _Rotation.of(before)
     moves = fast_transfer(
         turn.rotate(way),
         turn.rotate(before),
@@ -124,7 +124,7 @@ class _Rotation(NamedTuple):
     sine: Floats
 
     @classmethod
-    def from_velocity(cls, velocity: Floats) -> _Rotation:
+    def of(cls, velocity: Floats) -> _Rotation:
         speed = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
         moving = speed > 0.0
         divisor = np.where(moving, speed, 1.0)

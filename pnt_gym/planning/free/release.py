@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, finite_rows, length, take
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.free.approach import SPEEDING, approach_entry
+from pnt_gym.planning.free.approach import SPEEDING, Entry
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.scurve import brake_distance
@@ -86,7 +86,7 @@ def free_releases(
     Raises:
         ValueError: an input is NaN or infinite, or shapes disagree.
     """
-    frame = Frame.from_picks(picks, targets)
+    frame = Frame.of(picks, targets)
     count = len(frame.picks)
     rows = limits.arrays(count)
     roof = finite_rows(ceiling, count, "ceiling")
@@ -96,20 +96,18 @@ def free_releases(
         few = take(frame, part), take(rows, part), roof[part], rules
         around: list[Floats] = []
         for coarse in COARSE:
-            first, _ = _best_choice(*few, np.repeat(coarse[:, None], len(part), axis=1))
+            first, _ = _choose(*few, np.repeat(coarse[:, None], len(part), axis=1))
             around.append(first[:, :, None] + FINE[:, None])
         fine = np.concatenate(around, axis=2)
         fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])
-        chosen[:, part], cost[part] = _best_choice(*few, fine)
+        chosen[:, part], cost[part] = _choose(*few, fine)
     position, velocity, flight = _release(frame, rows.velocity, chosen, roof)
     feasible = np.isfinite(cost) & (frame.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
     gap = np.where(feasible, 0.0, np.nan)
     return FreeReleases(position + gap[:, None], velocity + gap[:, None], flight + gap, feasible)
 
 
-def _best_choice(
-    frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules, choices: Floats
-) -> tuple[Floats, Floats]:
+def _choose(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules, choices: Floats) -> tuple[Floats, Floats]:
     """Quickest of each row's choices (3, N, C), and its estimated time (N,) [s]; all choices of all rows at once."""
     _, count, choice_count = choices.shape
     # Row i, choice c is row i C + c.
@@ -119,7 +117,7 @@ def _best_choice(
     position, velocity, flight = _release(take(frame, rows), row_limits.velocity, choices.reshape(3, -1), roof[rows])
     room = greatest_height(roof, rules)[rows] - position[:, 2]
     good = (flight > 0.0) & (CAUTION * _rise(velocity, row_limits, rules) <= room)
-    falling = approach_entry(limits, count, rules.approach).velocity[rows]
+    falling = Entry.of(limits, count, rules.approach).velocity[rows]
     picks = frame.picks[rows]
     above, start = picks + np.array([0.0, 0.0, rules.approach]), position + rules.window * velocity
     time = estimate(position - picks, np.zeros_like(picks), velocity, row_limits)

@@ -100,7 +100,7 @@ def _is_late(chase: Chase, time: float) -> bool:
 
 
 @kernel_part
-def _border_time(chase: Chase, late: float, met: float) -> float:
+def _border(chase: Chase, late: float, met: float) -> float:
     """Border between late and met, by bisection: the end of the final bracket at which the hand is not late."""
     for _ in range(HALVINGS):
         middle = 0.5 * (late + met)
@@ -126,13 +126,13 @@ def _later_meeting(chase: Chase) -> float:
     """The first allowed time at which a hand is not late that is late at first; NaN where there is none."""
     nearest = _nearest(chase)
     if not _is_late(chase, nearest):
-        return _border_time(chase, chase.first, nearest)
+        return _border(chase, chase.first, nearest)
     end, before = max(nearest, min(chase.last, chase.end)), nearest
     for k in range(1, SCAN + 1):
         share = k / SCAN
         time = nearest + (end - nearest) * (share * share)
         if not _is_late(chase, time):
-            return _border_time(chase, before, time)
+            return _border(chase, before, time)
         before = time
     return math.nan
 
@@ -212,8 +212,9 @@ def _find_borders(block: ChaseBlock, lanes: int) -> None:
 
 
 @kernel_part
-def _halve_surely(block: ChaseBlock, lanes: int) -> None:
-    """Bisect the brackets of a block's lanes as long as the borders tell where hands are late."""
+def _halve_brackets(block: ChaseBlock, lanes: int) -> None:
+    """Bisect the brackets of a block's lanes, as `_border`; lateness is tried only next to the borders."""
+    # As long as the borders tell where hands are late, nothing is tried.
     for _ in range(SURE_HALVINGS):
         for lane in range(lanes):
             late, met, border = block.late[lane], block.met[lane], block.border[lane]
@@ -222,12 +223,6 @@ def _halve_surely(block: ChaseBlock, lanes: int) -> None:
             block.halved[lane] += 1.0 if is_sure else 0.0
             block.late[lane] = middle if is_sure & is_late else late
             block.met[lane] = middle if is_sure & (not is_late) else met
-
-
-@kernel_part
-def _halve_brackets(block: ChaseBlock, lanes: int) -> None:
-    """Bisect the brackets of a block's lanes, as `_border_time`; lateness is tried only next to the borders."""
-    _halve_surely(block, lanes)
     for _ in range(HALVINGS):
         moves = 0
         for lane in range(lanes):

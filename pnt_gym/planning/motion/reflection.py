@@ -254,6 +254,7 @@ def _product(rows: Floats | Singles, matrix: Floats) -> Floats:
 
 
 def _scale_block(m: Matrices, problem: Problem, time: Floats) -> _Block:
+    """The block at its current durations (B,), in the weighted units of the iteration."""
     t = time[:, None]
     # Relative to a motion with the velocity of the start, which adds its way in `carried`.
     way = problem.way + t * problem.drift - t * problem.before
@@ -261,15 +262,8 @@ def _scale_block(m: Matrices, problem: Problem, time: Floats) -> _Block:
     row = _product(ends, m.least) + (t * problem.before)[..., None] * m.carried
     powers = np.stack([time, time**2, time**3], axis=1)
     radius = (problem.bounds * powers)[:, ::-1][:, np.minimum(m.kind[: m.balls], 2)] * m.weight[: m.balls]
-    parts = (row, 1.0 / radius**2, *_position_bounds(m, problem, time))
-    singles: list[Singles] = [part.astype(np.float32) for part in parts]
-    return _Block(ends, *singles)
-
-
-def _position_bounds(m: Matrices, problem: Problem, time: Floats) -> tuple[Floats, Floats, Floats]:
-    """Weighted bounds (B, K - 1) at the borders: least and greatest height, greatest x."""
-    band, weight = problem.band, m.weight[m.balls :]
-    since = time[:, None] * m.share
+    # Bounds at the borders (B, K - 1): least and greatest height, greatest x.
+    band, weight, since = problem.band, m.weight[m.balls :], t * m.share
     tracked = (band.clear > 0.0)[:, None]
     falling = problem.before[:, 2:] * since - 0.5 * band.fall[:, None] * since**2
     near = tracked & (since < band.by[:, None])
@@ -277,7 +271,9 @@ def _position_bounds(m: Matrices, problem: Problem, time: Floats) -> tuple[Float
     behind_object = problem.before[:, :1] * since - band.clear[:, None]
     far = np.where(tracked & ~near, behind_object, np.inf)
     high = np.broadcast_to(band.high[:, None], since.shape)
-    return low * weight, high * weight, far * weight
+    parts = (row, 1.0 / radius**2, low * weight, high * weight, far * weight)
+    singles: list[Singles] = [part.astype(np.float32) for part in parts]
+    return _Block(ends, *singles)
 
 
 def _squares(rows: Singles) -> Singles:

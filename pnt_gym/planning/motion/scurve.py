@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Floats, column, finite_points, in_order, numbers, of_kind, rows_of_three
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion import kernel
-from pnt_gym.planning.motion.limits import LimitRows, Limits, MotionLimits, limit_rows
+from pnt_gym.planning.motion.limits import Limits, MotionLimits, limit_rows
 from pnt_gym.planning.motion.rows import Segments
 
 # float for one curve, an (N,) array for a batch.
@@ -49,26 +49,22 @@ class SCurve(Generic[ValueT]):
         One curve: the results have the shape of ``t``. N curves: ``t`` of shape () gives (N,); (M,) gives (N,
         M) with every curve read at the same times; (N, M) gives (N, M). The curve rests before 0, after T.
         """
-        time, curve = self._align(t)
+        time, durations = numbers(t, "t"), self.durations
+        columns = [self.distance, self.velocity, self.acceleration, self.jerk, self.duration]
+        arrays = [np.asarray(c, dtype=np.float64) for c in columns]
+        if np.ndim(self.distance) == 1 and time.ndim > 0:
+            count = arrays[0].shape[0]
+            if time.ndim > 2 or (time.ndim == 2 and time.shape[0] != count):
+                raise PlanningError(f"times must have shape (), (M,) or ({count}, M), got {time.shape}")
+            arrays, durations = [a[:, None] for a in arrays], durations[:, None]
+        time = np.broadcast_to(time, np.broadcast_shapes(arrays[0].shape, time.shape))
+        curve = SCurve[Floats](*arrays, durations=durations)
         # Mirror the second half onto the first: the curve is symmetric, so both ends come out exact.
         second_half = time > 0.5 * curve.duration
         folded = np.maximum(np.where(second_half, curve.duration - time, time), 0.0)
         position, speed, acceleration = _first_half(curve, folded)
         position = np.where(second_half, curve.distance - position, position)
         return position, speed, np.where(second_half, -acceleration, acceleration)
-
-    def _align(self, t: ArrayLike) -> tuple[Floats, SCurve[Floats]]:
-        """Times, and the curve's numbers shaped to broadcast against the times."""
-        time = numbers(t, "t")
-        columns = [self.distance, self.velocity, self.acceleration, self.jerk, self.duration]
-        arrays, durations = [np.asarray(c, dtype=np.float64) for c in columns], self.durations
-        if np.ndim(self.distance) == 1 and time.ndim > 0:
-            count = arrays[0].shape[0]
-            if time.ndim > 2 or (time.ndim == 2 and time.shape[0] != count):
-                raise PlanningError(f"times must have shape (), (M,) or ({count}, M), got {time.shape}")
-            arrays, durations = [a[:, None] for a in arrays], durations[:, None]
-        shape = np.broadcast_shapes(arrays[0].shape, time.shape)
-        return np.broadcast_to(time, shape), SCurve[Floats](*arrays, durations=durations)
 
 
 def _first_half(curve: SCurve[Floats], time: Floats) -> tuple[Floats, Floats, Floats]:
@@ -112,19 +108,14 @@ def min_time_scurve(distance: float | Floats, limits: MotionLimits) -> SCurve[fl
         raise PlanningError(f"distance must be one number or have shape (N,), got shape {stroke.shape}")
     single = stroke.ndim == 0 and limits.count is None
     count = limits.count or 1 if stroke.ndim == 0 else stroke.shape[0]
-    curves = scurves(np.ascontiguousarray(np.broadcast_to(stroke, (count,))), limits.arrays(count))
-    if not single:
-        return curves
-    values = (curves.distance, curves.velocity, curves.acceleration, curves.jerk, curves.duration)
-    return SCurve[float](*(float(v[0]) for v in values), durations=curves.durations[0])
-
-
-def scurves(distance: Floats, limits: LimitRows) -> SCurve[Floats]:
-    """Return the minimum-time S-curves over ``distance`` (N,) [m], as `min_time_scurve`."""
-    strokes: Any = kernel.strokes(_distances(distance), limits).view(np.recarray)
+    rows, way = limits.arrays(count), _distances(np.ascontiguousarray(np.broadcast_to(stroke, (count,))))
+    strokes: Any = kernel.strokes(way, rows).view(np.recarray)
     ramp, plateau = strokes.ramp, strokes.plateau
     durations = np.stack([ramp, plateau, ramp, strokes.cruise, ramp, plateau, ramp], axis=-1)
-    return SCurve[Floats](distance, strokes.speed, strokes.acceleration, limits.jerk, strokes.time, durations)
+    columns = way, strokes.speed, strokes.acceleration, rows.jerk, strokes.time
+    if not single:
+        return SCurve[Floats](*columns, durations)
+    return SCurve[float](*(float(column[0]) for column in columns), durations=durations[0])
 
 
 @overload
@@ -138,11 +129,6 @@ def speed_at(distance: float | Floats, limits: MotionLimits) -> float | Floats:
         ValueError: as ``min_time_scurve``.
     """
     return min_time_scurve(2.0 * numbers(distance, "distance"), limits).velocity
-
-
-def line_segments(direction: Floats, durations: Floats, jerks: Floats) -> Segments:
-    """Return segments along unit vectors ``direction`` (N, 3) with signed jerks (N, K) [m/s3]."""
-    return Segments(durations, jerks[:, :, None] * direction[:, None, :])
 
 
 def rest_to_rest(displacement: ArrayLike, limits: Limits) -> Segments:

@@ -121,18 +121,11 @@ def _plan(goal: Floats, reason: Ints, task: Task) -> ThrowPlans:
     good = keeps_limits(margins)
     reason = reason.copy()
     reason[rows[~good]] = int(ThrowReason.NO_MOTION)
-
-    def spread(values: Floats) -> Floats:
-        array = np.full((len(goal), *values.shape[1:]), np.nan)
-        array[rows[good]] = values[good]
-        return array
-
-    return ThrowPlans(
-        goal,
-        np.where((reason == ThrowReason.FEASIBLE)[:, None], task.u, np.nan),
-        ArmMotion(spread(motion.knots), spread(motion.time_step), spread(motion.braking)),
-        reason == ThrowReason.FEASIBLE,
-        reason,
-        spread(margins),
-        spread(task.radius[rows]),
-    )
+    columns = list[Floats]()
+    for values in (motion.knots, motion.time_step, motion.braking, margins, task.radius[rows]):
+        column = np.full((len(goal), *values.shape[1:]), np.nan)
+        column[rows[good]] = values[good]
+        columns.append(column)
+    feasible = reason == ThrowReason.FEASIBLE
+    u = np.where(feasible[:, None], task.u, np.nan)
+    return ThrowPlans(goal, u, ArmMotion(*columns[:3]), feasible, reason, *columns[3:])

@@ -61,25 +61,12 @@ class _Course(NamedTuple):
     start: Floats
 
 
-def best_motions(task: Task) -> tuple[ArmMotion, Floats]:
-    """Return the best motion for each release and its margins at 1 kHz (N, 6).
+def best_motions(task: Task, family: Family = RISES) -> tuple[ArmMotion, Floats]:
+    """Return the best motion of a family for each release and its margins at 1 kHz (N, 6).
 
-    A row without a motion that keeps every limit gets a motion that breaks some limit, with margins below `SAFE`.
+    Where no motion rises within every limit, the arm swings back first. A row without a motion that keeps every limit
+    gets a motion that breaks some limit, with margins below `SAFE`.
     """
-    motion, margins = _best(task, RISES)
-    missing = np.nonzero(~keeps_limits(margins))[0]
-    if missing.size:
-        swings, swing_margins = _best(take(task, missing), BACKSWINGS)
-        motion, margins = replace_rows(motion, missing, swings), replace_rows(margins, missing, swing_margins)
-    return motion, margins
-
-
-def keeps_limits(margins: Floats) -> Bools:
-    """Return whether a row's six margins (N, 6) are all kept (N,)."""
-    return margins.min(axis=1, initial=np.inf) >= SAFE
-
-
-def _best(task: Task, family: Family) -> tuple[ArmMotion, Floats]:
     chunks = range(0, max(task.radius.size, 1), CHUNK)
     shape, duration = concatenate_records([_choose(take(task, slice(k, k + CHUNK)), family) for k in chunks])
     course = _course(task, family, shape, duration)
@@ -87,8 +74,18 @@ def _best(task: Task, family: Family) -> tuple[ArmMotion, Floats]:
     if family.base is not None:
         accelerations = accelerations + family.base.values[shape]
     brake = braking_acceleration(task.u[:, 1], task.arm)
-    motion = ArmMotion.from_accelerations(course.start, duration / INTERVALS, accelerations, brake)
-    return motion, motion_margins(motion, task.radius, task.arm, task.block)
+    motion = ArmMotion.of(course.start, duration / INTERVALS, accelerations, brake)
+    margins = motion_margins(motion, task.radius, task.arm, task.block)
+    missing = np.nonzero(~keeps_limits(margins))[0]
+    if missing.size and family is RISES:
+        swings, swing_margins = best_motions(take(task, missing), BACKSWINGS)
+        motion, margins = replace_rows(motion, missing, swings), replace_rows(margins, missing, swing_margins)
+    return motion, margins
+
+
+def keeps_limits(margins: Floats) -> Bools:
+    """Return whether a row's six margins (N, 6) are all kept (N,)."""
+    return margins.min(axis=1, initial=np.inf) >= SAFE
 
 
 def _choose(task: Task, family: Family) -> _Choice:

@@ -48,13 +48,13 @@ def arm_radius(u: Floats, half_height: float) -> Floats:
 def first_reason(u: Floats, arm: Arm, block: Block) -> tuple[Ints, Floats]:
     """Return the first `ThrowReason` against each release (N, 4), and the width of its acceleration window [rad/s2]."""
     radius = arm_radius(u, block.half_height)
-    window = _acceleration_window(u, radius, arm, block)
+    window, lets_go = _at_release(u, radius, arm, block)
     checks = (
         (ThrowReason.SPEED, (u[:, 1] > 0.0) & (u[:, 1] < arm.speed)),
         (ThrowReason.ANGLE, (u[:, 0] > arm.angle[0]) & (u[:, 0] < arm.angle[1])),
         (ThrowReason.RADIUS, (radius > 0.0) & (radius <= arm.largest_radius(block))),
         (ThrowReason.WINDOW, window.is_open),
-        (ThrowReason.HELD, _lets_go(u, radius, arm, block)),
+        (ThrowReason.HELD, lets_go),
     )
     reason = np.full(u.shape[0], int(ThrowReason.FEASIBLE), dtype=np.int64)
     for code, holds in reversed(checks):
@@ -81,23 +81,24 @@ def reasons_of(u: Floats, arm: Arm, block: Block) -> tuple[str, ...]:
         reasons.append(f"radius r = {radius:.4g} m is too long; the block is whole on the arm up to {longest:.4g} m")
     if reasons:
         return tuple(reasons)
-    window = _acceleration_window(u, np.array(radius), arm, block)
+    window, lets_go = _at_release(u, np.array(radius), arm, block)
     if not window.is_open:
         return (
             f"no acceleration window: the grasp needs more than {float(window.low):.4g} rad/s2 at the release, "
             f"the motor gives less than {float(window.high):.4g} rad/s2",
         )
-    if not _lets_go(u, np.array(radius), arm, block):
+    if not lets_go:
         brake = float(braking_acceleration(u[1], arm))
         return (f"the motor brakes with at most {-brake:.4g} rad/s2, too little to let the block go",)
     return ()
 
 
-def _acceleration_window(u: Floats, radius: Floats, arm: Arm, block: Block) -> AccelerationWindow:
+def _at_release(u: Floats, radius: Floats, arm: Arm, block: Block) -> tuple[AccelerationWindow, Bools]:
+    """Window of accelerations up to releases, and whether the surface falls away from the block once the arm brakes.
+
+    The surface falls away where the normal force N is negative.
+    """
+    angle, speed = u[..., 0], u[..., 1]
     # A radius of zero has its own reason, `RADIUS`.
-    return acceleration_window(u[..., 0], u[..., 1], np.where(radius > 0.0, radius, 1.0), arm, block)
-
-
-def _lets_go(u: Floats, radius: Floats, arm: Arm, block: Block) -> Bools:
-    """Whether the surface falls away from the block once the arm brakes: a normal force N < 0."""
-    return reactions(u[..., 0], u[..., 1], braking_acceleration(u[..., 1], arm), radius, block).normal < 0.0
+    window = acceleration_window(angle, speed, np.where(radius > 0.0, radius, 1.0), arm, block)
+    return window, reactions(angle, speed, braking_acceleration(speed, arm), radius, block).normal < 0.0

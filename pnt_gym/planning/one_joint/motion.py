@@ -58,7 +58,7 @@ class ArmMotion:
             )
 
     @classmethod
-    def from_accelerations(cls, start: Floats, time_step: Floats, accelerations: Floats, braking: Floats) -> ArmMotion:
+    def of(cls, start: Floats, time_step: Floats, accelerations: Floats, braking: Floats) -> ArmMotion:
         """Return the motions from rest with accelerations that are linear between the borders of the intervals.
 
         Args:

@@ -14,6 +14,7 @@ each change of sign and each near touch of zero is refined to roots.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -69,6 +70,12 @@ class _Intervals(NamedTuple):
     branch: Floats
     low: Floats
     high: Floats
+
+    @classmethod
+    def of(cls, row: Ints, turn: int, branch: Floats, *borders: Floats) -> _Intervals:
+        """Intervals between neighbouring borders, all with the same number of turns."""
+        turns = np.full(row.shape, turn, dtype=np.int64)
+        return concatenate_records([cls(row, turns, branch, low, high) for low, high in pairwise(borders)])
 
 
 def find_releases(z: Floats, half_height: float, angles: tuple[float, float], turns: Sequence[int]) -> ReleaseRows:
@@ -130,12 +137,8 @@ def _root_intervals(goals: _Goals, borders: Floats, turn: int, angles: tuple[flo
     valid = (inside >= 0.0) & (time > 0.0)
     change = valid & ((value[..., :-1] < 0.0) != (value[..., 1:] < 0.0))
     row, side, column = np.nonzero(change)
-    plain = _collect(row, turn, branch[side, 0], grid[row, 0, column], grid[row, 0, column + 1])
+    plain = _Intervals.of(row, turn, branch[side, 0], grid[row, 0, column], grid[row, 0, column + 1])
     return concatenate_records([plain, *(find(goals, grid, value, valid, turn) for find in (_touches, _tips))])
-
-
-def _collect(row: Ints, turn: int, branch: Floats, low: Floats, high: Floats) -> _Intervals:
-    return _Intervals(row, np.full(row.shape, turn, dtype=np.int64), branch, low, high)
 
 
 def _borders(goals: _Goals) -> Floats:
@@ -172,12 +175,12 @@ def _touches(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int
     row, side, column = np.nonzero(dip)
     low, high, branch = grid[row, 0, column], grid[row, 0, column + 2], np.where(side == 0, 1.0, -1.0)
     if not row.size:
-        return _collect(row, turn, branch, low, high)
+        return _Intervals.of(row, turn, branch, low, high)
     goal = take(goals, (row, 0, 0))
     side_sign = np.where(sign[row, side, column + 1], -1.0, 1.0)
-    bottom = _lowest(lambda a: side_sign * _miss(goal, a, branch), low, high)
-    crossed = side_sign * _miss(goal, bottom, branch) < 0.0
-    return _halves(row[crossed], turn, branch[crossed], (low[crossed], bottom[crossed], high[crossed]))
+    bottom, least = _lowest(lambda a: side_sign * _miss(goal, a, branch), low, high)
+    crossed = least < 0.0
+    return _Intervals.of(row[crossed], turn, branch[crossed], low[crossed], bottom[crossed], high[crossed])
 
 
 def _tips(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -> _Intervals:
@@ -196,30 +199,27 @@ def _tips(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -
     row, sign = row[dip], np.where(joint_value[dip] < 0.0, -1.0, 1.0)
     tip, way = grid[row, 0, joint[dip]], grid[row, 0, neighbour[dip]] - grid[row, 0, joint[dip]]
     if not row.size:
-        return _collect(row, turn, tip, tip, tip)
+        return _Intervals.of(row, turn, tip, tip, tip)
     goal = take(goals, (row, 0, 0))
-
-    def miss_with_sign(s: Floats) -> Floats:
-        return sign * _miss(goal, tip + way * s * s, np.where(s < 0.0, -1.0, 1.0))
-
-    s = _lowest(miss_with_sign, np.full(row.shape, -1.0), np.ones(row.shape))
-    crossed = miss_with_sign(s) < 0.0
+    s, least = _lowest(
+        lambda s: sign * _miss(goal, tip + way * s * s, np.where(s < 0.0, -1.0, 1.0)),
+        np.full(row.shape, -1.0),
+        np.ones(row.shape),
+    )
+    crossed = least < 0.0
     row, s, tip, way = row[crossed], s[crossed], tip[crossed], way[crossed]
-    return _halves(row, turn, np.where(s < 0.0, -1.0, 1.0), (tip, tip + way * s * s, tip + way))
+    return _Intervals.of(row, turn, np.where(s < 0.0, -1.0, 1.0), tip, tip + way * s * s, tip + way)
 
 
-def _halves(row: Ints, turn: int, branch: Floats, borders: tuple[Floats, Floats, Floats]) -> _Intervals:
-    return concatenate_records([_collect(row, turn, branch, borders[k], borders[k + 1]) for k in (0, 1)])
-
-
-def _lowest(measure: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
-    """Places of the least value between ``low`` and ``high`` (K,), by golden section."""
+def _lowest(measure: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Places of the least value between ``low`` and ``high`` (K,), by golden section, and the values there."""
     ratio = 0.5 * (np.sqrt(5.0) - 1.0)
     for _ in range(TOUCH_STEPS):
         left, right = high - ratio * (high - low), low + ratio * (high - low)
         lower = measure(left) < measure(right)
         low, high = np.where(lower, low, left), np.where(lower, right, high)
-    return 0.5 * (low + high)
+    place = 0.5 * (low + high)
+    return place, measure(place)
 
 
 def _release(goal: _Goals, a: Floats, branch: Floats) -> Floats:

@@ -63,15 +63,6 @@ def _way(arc: Arc, low: float, high: float) -> float:
 
 
 @kernel_part
-def _write_table(arc: Arc, angles: Floats, ways: Floats) -> None:
-    """Write a table of angles, densest at both ends, and of the arc lengths up to the angles."""
-    angles[0] = ways[0] = 0.0
-    for i in range(1, CELLS + 1):
-        angles[i] = 0.5 * math.pi * (1.0 - math.cos(math.pi * i / CELLS))
-        ways[i] = ways[i - 1] + _way(arc, angles[i - 1], angles[i])
-
-
-@kernel_part
 def _state_after(t: float, s: float, v: float, a: float, jerk: float) -> tuple[float, float, float]:
     """Way, speed and acceleration after a time of constant jerk."""
     return s + t * (v + t * (0.5 * a + t * jerk / 6.0)), v + t * (a + 0.5 * t * jerk), a + t * jerk
@@ -306,7 +297,7 @@ def _spline_slowdown(arc: Arc, accelerations: Floats, steps: Floats, n: int) -> 
 
 
 @kernel
-def arc_motions(arcs: Rows1[Arc], steps: Floats2, accelerations: Floats3) -> None:
+def arc_segments(arcs: Rows1[Arc], steps: Floats2, accelerations: Floats3) -> None:
     """Compute the motions over N arcs.
 
     Args:
@@ -318,7 +309,11 @@ def arc_motions(arcs: Rows1[Arc], steps: Floats2, accelerations: Floats3) -> Non
     law = empty_rows(PHASES + 1, PHASE)
     for row in range(len(arcs)):
         arc = arcs[row]
-        _write_table(arc, angles, ways)
+        # The table has angles, densest at both ends, and the arc lengths up to the angles.
+        angles[0] = ways[0] = 0.0
+        for i in range(1, CELLS + 1):
+            angles[i] = 0.5 * math.pi * (1.0 - math.cos(math.pi * i / CELLS))
+            ways[i] = ways[i - 1] + _way(arc, angles[i - 1], angles[i])
         _write_quickest_law(arc, angles, ways, law)
         steps[row], accelerations[row] = 0.0, 0.0
         n = _write_points(arc, law, angles, ways, points, steps[row])

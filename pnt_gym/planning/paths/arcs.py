@@ -45,7 +45,7 @@ def arc_segments(way: Floats, top: Floats, limits: Limits) -> Segments:
     motion = limits.arrays(len(way))._asdict()
     arcs = Arc.zeros(len(way), width=run / 2.0, rise=way[:, 2] / 2.0, chord=half_chord, **motion)
     steps, accelerations = np.empty((len(way), PIECES)), np.empty((len(way), 2, PIECES + 1))
-    arc_kernel.arc_motions(arcs, steps, accelerations)
+    arc_kernel.arc_segments(arcs, steps, accelerations)
     jerks = np.diff(accelerations, axis=2) / np.where(steps > 0.0, steps, 1.0)[:, None]
     heading = way[:, None, :2] / run[:, None, None]
     return Segments(steps, np.concatenate([jerks[:, 0, :, None] * heading, jerks[:, 1, :, None]], axis=2))

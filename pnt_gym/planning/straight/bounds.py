@@ -107,21 +107,19 @@ def _grid_point(best: float, foot: float, above: int, k: int) -> float:
 
 
 @kernel_part
-def _roof_slack(throw: PlaneThrow, high: float, slope: float) -> float:
-    """`_slack` of a ceiling alone, ``high`` above the pick, at a positive slope, without branches."""
-    secant = math.sqrt(1.0 + slope * slope)
-    length, distance = throw.reach * secant, high * (secant / slope)
-    room = _room(throw, length, flight_time(throw, slope), distance)
-    return math.inf if distance >= length else room
-
-
-@kernel_part
 def _roof_slacks(throw: PlaneThrow, high: float, best: float, foot: float, first: int, slacks: Floats) -> None:
-    """Write `_roof_slack` at points of the downward grid from ``first`` on; the loop becomes vector instructions."""
+    """Write `_slack` of a ceiling alone, ``high`` above the pick, at points of the downward grid from ``first`` on.
+
+    The slopes are positive. Without branches, the loop becomes vector instructions.
+    """
     for i in range(len(slacks)):
         share = 1.0 - (first + i) / GRID
         share *= share
-        slacks[i] = _roof_slack(throw, high, best * share + foot * (1.0 - share))
+        slope = best * share + foot * (1.0 - share)
+        secant = math.sqrt(1.0 + slope * slope)
+        length, distance = throw.reach * secant, high * (secant / slope)
+        room = _room(throw, length, flight_time(throw, slope), distance)
+        slacks[i] = math.inf if distance >= length else room
 
 
 @kernel_part
@@ -147,7 +145,7 @@ def slope_below_roof(throw: PlaneThrow, high: float, best: float, slacks: Floats
             if height >= 0.0:
                 slope, value, last, old, keeps = peak, height, before, (older if k > 1 else old), True
         if keeps:
-            slope = _border_slope(throw, box, slope, value, last, old)
+            slope = _border(throw, box, slope, value, last, old)
             return slope if flight_time(throw, slope) > 0.0 and crossing(throw, slope)[0] < math.inf else math.nan
         older, old, before, last = old, value, last, slope
     return math.nan
@@ -165,9 +163,9 @@ def _nearest_slope(throw: PlaneThrow, box: Box, best: float, foot: float, above:
         if older < old < 0.0 and value <= old and old + 2.0 * max(old - older, old - value) >= 0.0:
             peak, height = _greatest_slack(throw, box, before, slope)
             if height >= 0.0:
-                return _border_slope(throw, box, peak, height, before, older if k > 1 else old)
+                return _border(throw, box, peak, height, before, older if k > 1 else old)
         if value >= 0.0:
-            return _border_slope(throw, box, slope, value, last, old)
+            return _border(throw, box, slope, value, last, old)
         older, old, before, last = old, value, last, slope
     return math.nan
 
@@ -190,7 +188,7 @@ def _greatest_slack(throw: PlaneThrow, box: Box, low: float, high: float) -> tup
 
 
 @kernel_part
-def _border_slope(throw: PlaneThrow, box: Box, a: float, at_a: float, b: float, at_b: float) -> float:
+def _border(throw: PlaneThrow, box: Box, a: float, at_a: float, b: float, at_b: float) -> float:
     """Zero of the slack between a slope ``a`` that keeps the bounds and a slope ``b`` that does not, on the safe side.
 
     Chandrupatla's method halves the bracket wherever the slack is not close to a straight line, so a kink or an

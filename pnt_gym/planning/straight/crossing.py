@@ -120,8 +120,12 @@ def best_slope(throw: PlaneThrow) -> float:
     cap = _saturation_slope(throw)
     if _optimality(throw, cap)[0] <= 0.0:
         return cap
-    low = max(throw.rise / throw.reach, 0.0)
-    u = high = min(cap, _steepest_slope(throw))
+    # The elevation of least speed, (Z + sqrt(X^2 + Z^2)) / X, without cancellation for Z < 0.
+    reach, rise = throw.reach, throw.rise
+    slant = math.sqrt(reach * reach + rise * rise)
+    steepest = reach / (slant - rise) if rise < 0.0 else (rise + slant) / reach
+    low = max(rise / reach, 0.0)
+    u = high = min(cap, steepest)
     for _ in range(NEWTON_STEPS):
         value, slope = _optimality(throw, u)
         low, high = (u, high) if value < 0.0 else (low, u)
@@ -151,14 +155,6 @@ def _saturation_slope(throw: PlaneThrow) -> float:
         if u == before:
             break
     return u
-
-
-@kernel_part
-def _steepest_slope(throw: PlaneThrow) -> float:
-    """Tangent of the elevation of least speed, (Z + sqrt(X^2 + Z^2)) / X, without cancellation for Z < 0."""
-    reach, rise = throw.reach, throw.rise
-    slant = math.sqrt(reach * reach + rise * rise)
-    return reach / (slant - rise) if rise < 0.0 else (rise + slant) / reach
 
 
 @kernel_part

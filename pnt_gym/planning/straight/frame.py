@@ -30,7 +30,7 @@ class Frame(NamedTuple):
     rise: Floats
 
     @classmethod
-    def from_picks(cls, picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike = 0.0) -> Frame:
+    def of(cls, picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike = 0.0) -> Frame:
         """Check picks, targets and tolerances, and return the throws in their vertical planes.
 
         Raises:

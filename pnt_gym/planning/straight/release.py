@@ -174,7 +174,7 @@ def check_bounds(ceiling: float | None, tolerance: float) -> None:
 
 
 def _line_bounds(picks: ArrayLike, targets: ArrayLike, workspace: EllipticWorkspace) -> LineBounds:
-    frame = Frame.from_picks(picks, targets)
+    frame = Frame.of(picks, targets)
     return of_kind(workspace, EllipticWorkspace, "workspace").line_bounds(frame.picks, frame.cosine, frame.sine)
 
 

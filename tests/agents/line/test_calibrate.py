@@ -51,7 +51,7 @@ def test_the_table_is_what_the_throws_of_the_seed_say(made):
     told = list(random_throws(counting_line(config, "full"), throws=120, seed=0, num_envs=8, threads=1))
     columns = {name: np.concatenate([part[name] for part in told]) for name in told[0]}
     counts = {name: columns[name] for name in ("kind", "percent", "distance", "hits")}
-    again = Chances.from_throws(1.0 - sums(columns["fails"], counts["kind"]), **counts)
+    again = Chances.of(1.0 - sums(columns["fails"], counts["kind"]), **counts)
     written = json.loads((folder / "table.json").read_text())
     for name in ("percent", "edges", "picked", "landed"):
         np.testing.assert_allclose(written[name], getattr(again, name), atol=5.1e-6)

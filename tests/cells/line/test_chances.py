@@ -19,7 +19,7 @@ def test_a_table_is_what_was_counted():
     """21 throws of two items at two speeds, by hand."""
     kind, percent = np.repeat([0, 1], [10, 11]), np.tile([30.0, 50.0], 11)[:21]
     distance, hits = np.linspace(0.5, 1.1, 21), np.arange(21) % 3 != 0
-    made = Chances.from_throws(np.array([0.9, 0.8, 0.7, 0.6]), kind, percent, distance, hits)
+    made = Chances.of(np.array([0.9, 0.8, 0.7, 0.6]), kind, percent, distance, hits)
     assert made.percent.tolist() == [30.0, 50.0]
     assert made.picked.tolist() == [0.9, 0.8, 0.7, 0.6]
     assert [int((distance <= edge).sum()) for edge in made.edges] == [6, 11, 16]  # 4 classes of equally many
@@ -39,7 +39,7 @@ def test_shares_of_few_held_objects_have_no_bias():
     """12 throws of the first item at two speeds, by hand; nobody threw the other items."""
     percent, distance, kind = np.tile([30.0, 50.0], 6), np.linspace(0.5, 1.1, 12), np.zeros(12, dtype=np.int64)
     hits, sealing = np.arange(12) % 4 != 0, np.array([0.9, 0.8, 0.7, 0.6])
-    made = Chances.from_throws(sealing, kind, percent, distance, hits)
+    made = Chances.of(sealing, kind, percent, distance, hits)
     assert made.picked is sealing
     assert made.landed[1:] == pytest.approx(0.75)
     for near in range(4):  # three throws in each class of distance
@@ -49,7 +49,7 @@ def test_shares_of_few_held_objects_have_no_bias():
             wanted = (hits[own][rows].sum() + PRIOR * 0.75) / (rows.sum() + PRIOR)
             assert made.landed[0, setting, near] == pytest.approx(wanted)
     usual = Chances(np.array([50.0]), np.array([0.8]), sealing, np.array([[[0.2, 0.4]]] * 4))
-    shrunk = Chances.from_throws(sealing, kind, percent, distance, hits, usual)
+    shrunk = Chances.of(sealing, kind, percent, distance, hits, usual)
     assert shrunk.landed[1:, 0].tolist() == [pytest.approx([0.2, 0.2, 0.4, 0.4])] * 3
     assert shrunk.landed[0, 0, 0] == pytest.approx((hits[:3][percent[:3] == 30.0].sum() + PRIOR * 0.2) / (2 + PRIOR))
 

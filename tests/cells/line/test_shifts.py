@@ -214,7 +214,7 @@ def test_the_figures_of_a_shift_are_those_of_its_steps(name, tables):
         for row in np.flatnonzero(going):
             ledgers[row].enter(taken, row, cell.config.duration)
             if taken.valid[row]:
-                busy[row, taken.robot[row]] += taken.end[row] - taken.start[row] - taken.wait[row]
+                busy[row, taken.robot[row]] += taken.end[row] - taken.start[row] - taken.attempt.chosen["wait"][row]
     figures = shift_figures(cell.config, cell.chooser.tables, cell.state, cell.stream, np.arange(rows))
     config, kinds = cell.config, cell.stream.objects.kind
     end = config.reach[1] - config.cell.belt.speed * config.duration

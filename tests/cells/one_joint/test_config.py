@@ -5,7 +5,7 @@ import pytest
 
 from pnt_gym.cells.one_joint.config import GoalRegion, OneJointConfig
 from pnt_gym.cells.one_joint.pallets import SORTING
-from pnt_gym.cells.one_joint.tasks import job_of
+from pnt_gym.cells.one_joint.tasks import Job
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 
@@ -43,7 +43,7 @@ def test_a_changed_arm_reaches_the_planner():
 
 
 def test_a_changed_block_is_thrown():
-    part = job_of(OneJointConfig.load("nominal", block={"mass": 0.05, "half_length": 0.025})).parts[0]
+    part = Job.of(OneJointConfig.load("nominal", block={"mass": 0.05, "half_length": 0.025})).parts[0]
     assert part.mass == pytest.approx(0.05, rel=1e-12)
     assert part.half_length == pytest.approx(0.025)
     assert part.inertia == pytest.approx(Block(mass=0.05, half_length=0.025).inertia, rel=1e-12)
@@ -82,12 +82,12 @@ def test_impossible_values_are_named_in_one_sentence(changes, message):
 @pytest.mark.parametrize("task", ["sort", "assembly"])
 def test_pallets_bring_their_own_goals(task):
     with pytest.raises(ConfigError, match=f"task '{task}' throws at its own pallets"):
-        job_of(OneJointConfig.load("paper", task=task))
+        Job.of(OneJointConfig.load("paper", task=task))
 
 
 def test_jobs_hold_what_their_tasks_need():
     tasks = ("throw", "sort", "assembly")
-    throw, sort, assembly = (job_of(OneJointConfig.load("nominal", task=task)) for task in tasks)
+    throw, sort, assembly = (Job.of(OneJointConfig.load("nominal", task=task)) for task in tasks)
     assert (len(throw.parts), len(throw.pallets), throw.region) == (1, 0, GoalRegion())
     assert (len(sort.parts), len(sort.pallets), sort.in_order) == (1, 3, False)
     assert sort.names == tuple(pallet.name for pallet in sort.pallets)
@@ -95,6 +95,6 @@ def test_jobs_hold_what_their_tasks_need():
 
 
 def test_pockets_fit_the_block_of_the_config():
-    assert job_of(OneJointConfig.load("nominal", task="sort")).pallets == SORTING
-    longer = job_of(OneJointConfig.load("nominal", task="sort", block={"half_length": 0.035})).pallets
+    assert Job.of(OneJointConfig.load("nominal", task="sort")).pallets == SORTING
+    longer = Job.of(OneJointConfig.load("nominal", task="sort", block={"half_length": 0.035})).pallets
     assert longer[0].boxes[0][2] == pytest.approx(SORTING[0].boxes[0][2] + 0.005)

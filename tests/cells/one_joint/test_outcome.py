@@ -6,10 +6,10 @@ import pytest
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.hidden import expected_hidden
-from pnt_gym.cells.one_joint.outcome import IN_POCKET, judge, lies_at, lies_in_pocket
+from pnt_gym.cells.one_joint.outcome import IN_POCKET, judge, lies_at, lies_in
 from pnt_gym.cells.one_joint.pallets import SORTING, STAND
 from pnt_gym.cells.one_joint.plant import OneJointPlant
-from pnt_gym.cells.one_joint.tasks import job_of
+from pnt_gym.cells.one_joint.tasks import Job
 from tests.tools.one_joint import GUESS, arrival, release
 from tests.tools.thrower import throws
 
@@ -22,7 +22,7 @@ SORT = pytest.mark.parametrize("which", range(len(SORTING)), ids=[p.name for p i
 def thrown(task, kind, misses, lying=None):
     """Outcome of throws that pass a goal by misses (N, 4), whatever the arm's limits; other parts may lie there."""
     config, count = OneJointConfig.load("ideal", task=task), len(misses)
-    job = job_of(config)
+    job = Job.of(config)
     target = job.targets[kind]
     height, guess = job.parts[target.part].half_height, GUESS[target.name]
     plan = throws([release(state, height, guess) for state in target.state + misses])
@@ -40,7 +40,7 @@ def scatter(seed):
 
 def across(task, kind, misses):
     """Misses [m] square to the flight."""
-    job = job_of(OneJointConfig.load("ideal", task=task))
+    job = Job.of(OneJointConfig.load("ideal", task=task))
     target = job.targets[kind]
     height = job.parts[target.part].half_height
     way = arrival(release(np.array(target.state), height, GUESS[target.name])[None], height)[0, 3:5]
@@ -104,4 +104,4 @@ def test_lying_is_near_turned_right_and_still(miss, rate, lies):
     seat = SORTING[2].pose
     pose, velocity = (seat + miss)[None], np.array([rate])
     assert lies_at(pose, velocity, seat, IN_POCKET)[0] == lies
-    assert lies_in_pocket(pose, velocity, SORTING[2])[0] == lies
+    assert lies_in(pose, velocity, SORTING[2])[0] == lies

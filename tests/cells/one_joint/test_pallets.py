@@ -5,21 +5,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from papers.miyashita.passing import SAMPLES, clear_vertical_speeds, clearance, flight_poses, gaps
 from pnt_gym.cells.one_joint.pallets import (
     ASSEMBLY,
     BACK_PLAY,
     LIP_PLAY,
-    SAMPLES,
     SORTING,
     STAND,
     SWEEP,
     TEE_GOAL,
     Pallet,
     add_pallets,
-    clear_vertical_speeds,
-    clearance,
-    flight_poses,
-    gaps,
     place_boxes,
     stack_pose,
 )

@@ -7,13 +7,13 @@ import pytest
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.plant import PARKING_DISTANCE, OneJointPlant
 from pnt_gym.cells.one_joint.scene import build_scene, contact_columns
-from pnt_gym.cells.one_joint.tasks import job_of
+from pnt_gym.cells.one_joint.tasks import Job
 from pnt_gym.robots.one_joint.visuals import FLOOR
 
 
 def scene(**changes):
     config = OneJointConfig.load("ideal", **changes)
-    job = job_of(config)
+    job = Job.of(config)
     return build_scene(config, job.parts, job.pallets)
 
 

@@ -8,7 +8,6 @@ from pnt_gym.planning import (
     brake,
     brake_distance,
     coast,
-    line_segments,
     min_time_scurve,
     rest_to_rest,
     speed_at,
@@ -117,12 +116,6 @@ def test_quickest_stop_is_the_mirrored_start():
     np.testing.assert_allclose(brake_distance(speed, limits), no_cruise, rtol=1e-12)
     with pytest.raises(ValueError, match="speed"):
         brake_distance(np.array([-1.0]), limits)
-
-
-def test_line_segments_point_along_the_line():
-    direction = np.array([[0.0, 0.6, 0.8]])
-    part = line_segments(direction, np.array([[1.0, 1.0]]), np.array([[2.0, -2.0]]))
-    np.testing.assert_allclose(part.jerks[0], [[0.0, 1.2, 1.6], [0.0, -1.2, -1.6]])
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ def test_an_arm_or_a_block_that_cannot_be_is_refused(make, sentence):
 def some_motions(count=5, seed=0):
     rng = np.random.default_rng(seed)
     accelerations = rng.uniform(10.0, 90.0, (count, 11))
-    return ArmMotion.from_accelerations(
+    return ArmMotion.of(
         rng.uniform(-0.8, 0.0, count), rng.uniform(0.01, 0.05, count), accelerations, np.full(count, -150.0)
     ), accelerations
 

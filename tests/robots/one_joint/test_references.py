@@ -16,9 +16,7 @@ RADIUS = np.array([0.278, 0.22])
 
 def motions():
     rates = np.array([[30.0] + [60.0] * 10, [90.0] * 5 + [40.0] * 6])
-    return ArmMotion.from_accelerations(
-        np.array([-0.5, -0.9]), np.array([0.015, 0.0173]), rates, np.array([-180.0, -150.0])
-    )
+    return ArmMotion.of(np.array([-0.5, -0.9]), np.array([0.015, 0.0173]), rates, np.array([-180.0, -150.0]))
 
 
 def load():

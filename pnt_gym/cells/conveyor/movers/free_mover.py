@@ -18,7 +18,7 @@ from pnt_gym.arrays import Bools, Floats, concatenate_records, length, recompute
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
-from pnt_gym.planning.free.approach import approach_entry
+from pnt_gym.planning.free.approach import Entry
 from pnt_gym.planning.free.check import keeps_rules
 from pnt_gym.planning.free.legs import Departure, return_leg, throw_leg
 from pnt_gym.planning.free.release import free_releases, greatest_height, turning_point
@@ -129,7 +129,7 @@ class FreeMover(Mover):
         drift[:, 0] = self._belt.speed
         shortest = None
         if arrival is not None:
-            shortest = arrival - approach_entry(limits, len(place), self.rules.approach).down.durations.sum(axis=1)
+            shortest = arrival - Entry.of(limits, len(place), self.rules.approach).down.durations.sum(axis=1)
         moves, down = return_leg(
             _departure(motion), place, limits, motion.roof, self.rules, drift=drift, shortest=shortest
         )
