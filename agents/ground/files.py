@@ -110,9 +110,26 @@ def write_json(path: Path, data: Any) -> None:
     write_text(path, json_text(data))
 
 
-def json_text(data: Any, *, indent: int | None = 1) -> str:
-    """Data as JSON text; a NaN in the data raises an error, because other tools could not read the file."""
-    return json.dumps(data, indent=indent, allow_nan=False) + "\n"
+def json_text(data: Any) -> str:
+    """Data as JSON text, with a line for each key of an object, and in a list of objects for each of these.
+
+    A NaN in the data raises an error, because other tools could not read the file.
+    """
+    if not isinstance(data, dict):
+        return _json_value(data) + "\n"
+    lines = (f"{json.dumps(str(key))}: {_json_value(value)}" for key, value in cast("dict[Any, Any]", data).items())
+    return "{\n " + ",\n ".join(lines) + "\n}\n"
+
+
+def _json_value(value: Any) -> str:
+    entries = cast("list[Any]", value) if isinstance(value, list | tuple) and value else [None]
+    if not all(isinstance(entry, dict) for entry in entries):
+        return _short_json(value)
+    return "[\n  " + ",\n  ".join(map(_short_json, entries)) + "\n ]"
+
+
+def _short_json(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, separators=(",", ":"))
 
 
 def jsonable(values: Any, decimals: int | None = None) -> Any:

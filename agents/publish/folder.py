@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import shutil
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
@@ -77,6 +78,13 @@ def check(run_args: Mapping[str, Any]) -> None:
         raise UsageError(f"policy.onnx would lack the controller {run_args['over']!r} under the policy; give --no-onnx")
 
 
+def copy_run(folder: Path, parts: Path, left_out: Collection[str]) -> None:
+    """Copy the files of a run folder that a user of the policy needs, but for some of them."""
+    for name in FILES:
+        if name not in left_out and (folder / name).is_file():
+            shutil.copy2(folder / name, parts / name)
+
+
 def fill(
     parts: Path,
     folder: Path,
@@ -87,7 +95,7 @@ def fill(
     onnx: bool,
     film_seed: int | None,
 ) -> None:
-    """Write everything but the card into the folder of a published policy.
+    """Write what a run folder lacks, all but the card, into the folder of a published policy.
 
     Args:
         parts: the new folder.
@@ -98,11 +106,12 @@ def fill(
         onnx: write the policy's ONNX graph.
         film_seed: seed of the film's objects; None for no film.
     """
-    for name in FILES:
-        if (folder / name).is_file():
-            shutil.copy2(folder / name, parts / name)
-    # Without a version in the metadata the same training gives the same bytes.
-    curve(folder / "progress.csv", trial).savefig(parts / CURVE, dpi=100, metadata={"Software": None})
+    from PIL import Image  # noqa: PLC0415 - comes with Matplotlib, which only drawings need
+
+    drawn = io.BytesIO()
+    curve(folder / "progress.csv", trial).savefig(drawn, dpi=100)
+    # Sixty-four colours are a third of the bytes; without metadata the same training gives the same bytes.
+    Image.open(io.BytesIO(drawn.getvalue())).convert("RGB").quantize(64).save(parts / CURVE, optimize=True)
     if onnx:
         about = {name: str(run_args[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
         onnx_graph.save(runs.RunFolder(folder).load_policy(), parts / GRAPH, about)

@@ -131,7 +131,7 @@ def test_a_policy_with_a_memory_is_published_without_its_graph(tmp_path: Path) -
     (tmp_path / "brief.yaml").write_text(yaml.safe_dump(level))
     what = "--env PnTAdapt-v0 --level brief.yaml --algo recurrent_ppo --over ema"
     output_of(f"train {what} --num-envs 2 --steps 4 --eval-picks 0 --out run", tmp_path)
-    publish.main(Arguments(tmp_path / "run", to=tmp_path / "kept", picks=8, video=False, onnx=False))
+    publish.main(Arguments(tmp_path / "run", to=tmp_path / "kept", picks=8, video=False, onnx=False, model=False))
     (copy,) = (tmp_path / "kept").iterdir()
     assert "Its action is added to that of `ema`." in (copy / "README.md").read_text()
     figures = [evaluate(str(folder), "PnTAdapt-v0", 8, level=level) for folder in (tmp_path / "run", copy)]
