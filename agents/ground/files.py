@@ -138,7 +138,13 @@ def jsonable(values: Any, decimals: int | None = None) -> Any:
     None replaces NaN and infinity, which JSON does not have. A zero has no sign, so equal values have equal texts.
     """
     if isinstance(values, np.ndarray) and values.ndim and decimals is None and values.dtype.kind in "bif":
-        return _listed(cast("NDArray[Any]", values))
+        # All at once, because results have millions.
+        numbers = cast("NDArray[Any]", values)
+        if numbers.dtype.kind != "f":
+            return numbers.tolist()
+        entries = (numbers + 0.0).astype(object)
+        entries[~np.isfinite(numbers)] = None
+        return entries.tolist()
     listed: Any = cast("Any", values).tolist() if isinstance(values, np.ndarray | np.generic) else values
     if isinstance(listed, list):
         return [jsonable(value, decimals) for value in cast("list[Any]", listed)]
@@ -147,15 +153,6 @@ def jsonable(values: Any, decimals: int | None = None) -> Any:
     if not math.isfinite(listed):
         return None
     return (listed if decimals is None else round(listed, decimals)) + 0.0
-
-
-def _listed(numbers: NDArray[Any]) -> Any:
-    """An array of numbers as JSON values, all at once, because results have millions."""
-    if numbers.dtype.kind != "f":
-        return numbers.tolist()
-    values = (numbers + 0.0).astype(object)
-    values[~np.isfinite(numbers)] = None
-    return values.tolist()
 
 
 def read_json(path: Path, max_bytes: int = MOST_RESULTS) -> Any:

@@ -11,7 +11,6 @@ import base64
 import io
 import re
 from collections import Counter
-from collections.abc import Iterator
 from string import ascii_letters
 from typing import Final
 from xml.etree import ElementTree
@@ -151,17 +150,13 @@ def small_path(path: str, decimals: int) -> str:
         path: by Matplotlib.
         decimals: of the coordinates; with -1 they come out in tens.
     """
-    return "".join(_relative(_PATH.findall(path), decimals))
-
-
-def _relative(tokens: list[str], decimals: int) -> Iterator[str]:
-    """The letters and numbers of a path, one step after the other."""
+    tokens, parts = _PATH.findall(path), list[str]()
     place, start, at, last = (0, 0), (0, 0), 0, ""
     while at < len(tokens):
         letter, at = tokens[at], at + 1
         if letter == "z":
             place, last = start, ""
-            yield letter
+            parts.append(letter)
             continue
         count = 2 * _POINTS[letter]
         units = [round(float(token) * 10**decimals) for token in tokens[at : at + count]]
@@ -173,12 +168,10 @@ def _relative(tokens: list[str], decimals: int) -> Iterator[str]:
         elif letter == "L" and 0 in steps:
             letter, steps = ("h", steps[:1]) if steps[1] == 0 else ("v", steps[1:])
         numbers = " ".join(_number(step, decimals) for step in steps).replace(" -", "-")
-        yield (
-            numbers
-            if letter == last and numbers.startswith("-")
-            else f"{' ' if letter == last else letter.lower()}{numbers}"
-        )
+        gap = letter.lower() if letter != last else "" if numbers.startswith("-") else " "
+        parts.append(gap + numbers)
         last = letter
+    return "".join(parts)
 
 
 def _small_picture(link: str) -> str:
