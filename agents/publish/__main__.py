@@ -74,7 +74,7 @@ def main(arguments: Arguments) -> None:
     check_libraries("torch", "matplotlib", *(["onnx", "onnxruntime"] if arguments.onnx else []))
     check_drawing(film=target if arguments.video else None)
     check_writable(target / "README.md")
-    check_model(folder)
+    check_model(folder, is_copied=arguments.model)
     if arguments.onnx:
         check(run_args)
     levels = {level: level for level in arguments.levels or LEVELS.get(env_id, ())}
