@@ -106,9 +106,9 @@ design-pictures: dev ## pictures of the design page, into docs/pictures; needs C
 
 pictures: setup ## pictures and videos of throws, into results/figures and docs/pictures
 	$(BIN)/python docs/pictures.py
-	$(BIN)/python -m agents.play --env OneJointSort-v0 --controller virtual_goal --picture results/figures/miyashita_throw.png
+	$(BIN)/python -m agents.play --env OneJointSort-v0 --controller virtual_goal --picture results/figures/miyashita_throw.webp
 	$(BIN)/python -m agents.play --env OneJointSort-v0 --controller virtual_goal --picks 3 --video results/figures/miyashita_sorting.mp4
-	$(BIN)/python -m agents.play --env GripperToss-v0 --controller virtual_goal --seed 3 --at 0.6 --picture results/figures/gripper_toss.png
+	$(BIN)/python -m agents.play --env GripperToss-v0 --controller virtual_goal --seed 3 --at 0.6 --picture results/figures/gripper_toss.webp
 	$(BIN)/python -m agents.play --env GripperToss-v0 --controller virtual_goal --seed 3 --picks 3 --slow 3 --video results/figures/gripper_toss.mp4
 
 report: setup ## tables, figures and the report from results/*.json, and the made parts of the pages

@@ -103,17 +103,12 @@ def main(arguments: Arguments) -> None:
 
 def _show(arguments: Arguments) -> None:
     """Show the controller at work until the viewer is closed."""
-    if _is_line(arguments):
+    env, level, _ = trained.resolve(arguments.controller, arguments.env, arguments.level, None)
+    if isinstance(config_of(env, level), LineConfig):
         _watch_line(arguments)
         return
     address = (arguments.address or LOOPBACK) if arguments.viewer == "web" else None
     studio.show(address, arguments.controller, arguments.env, arguments.level, partial(open_stage, arguments))
-
-
-def _is_line(arguments: Arguments) -> bool:
-    """Whether the controller acts on a line of robots."""
-    env, level, _ = trained.resolve(arguments.controller, arguments.env, arguments.level, None)
-    return isinstance(config_of(env, level), LineConfig)
 
 
 def _watch_line(arguments: Arguments) -> None:

@@ -198,6 +198,16 @@ def test_an_archive_that_promises_too_much_is_refused_before_it_is_unpacked(part
         arrays_of(archive_of(tmp_path / "a.npz", parts), ANY)
 
 
+def test_a_damaged_part_by_lzma_is_refused(tmp_path: Path):
+    with zipfile.ZipFile(tmp_path / "a.npz", "w", zipfile.ZIP_LZMA) as file:
+        file.writestr("a.npy", header("(1024,)") + np.random.default_rng(0).bytes(2**13))
+    data = bytearray((tmp_path / "a.npz").read_bytes())
+    data[40:4000] = bytes(3960)
+    (tmp_path / "a.npz").write_bytes(data)
+    with pytest.raises(ReadError, match="no archive that can be read"):
+        arrays_of(tmp_path / "a.npz", ANY)
+
+
 def test_a_size_that_an_archive_lies_about_is_not_trusted(tmp_path: Path):
     path = archive_of(tmp_path / "a.npz", {"a.npy": header("(1048576,)") + bytes(2**23)})
     data = path.read_bytes()
@@ -228,7 +238,7 @@ SPARED = {"sb3.py": "a model is read for who says --trust"}
 """Files of the code in which a library may read by itself."""
 
 
-OPENERS = ("os.open(", "parts.open(", "webbrowser.open(")
+OPENERS = ("Image.open(io.BytesIO(", "os.open(", "parts.open(", "webbrowser.open(")
 """Calls that open no file for reading, or a part of an archive that is open already."""
 PARSERS = {"yaml.load", "yaml.safe_load", "np.load", "json.load", "ZipFile", "zipfile.ZipFile", "torch.load"}
 

@@ -21,6 +21,7 @@ from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of
 from ..controllers import Learner
 from ..controllers.protocol import Controller, SeparateControllers
 from ..controllers.state import STATE, load_state, save_state
+from ..ground.archives import archive_of
 from ..ground.cli import UsageError
 from ..ground.files import check_form, json_text
 from ..ground.work import Job
@@ -74,7 +75,7 @@ class Part(NamedTuple):
         head = {"seconds": self.seconds, "decimals": decimals, "results": rows}
         files = {f"{content.POLICY} {name}": text for name, text in self.policies.items()}
         files["head"] = json_text(head).encode()
-        return content.archive_of({**tables, **{name: np.frombuffer(text, np.uint8) for name, text in files.items()}})
+        return archive_of({**tables, **{name: np.frombuffer(text, np.uint8) for name, text in files.items()}})
 
     @classmethod
     def read(cls, file: Path) -> Self:
@@ -83,10 +84,10 @@ class Part(NamedTuple):
         Raises:
             UsageError: the file is missing or damaged.
         """
-        arrays = content.arrays(file, rf"head|\d+|{content.POLICY} .*")
+        arrays = content.arrays(file, rf"head|{content.TABLES}|{content.POLICY} .*")
         with check_form(file):
             head = json.loads(arrays.pop("head").tobytes())
-            names = [name for name in arrays if not name.isdecimal()]
+            names = [name for name in arrays if name.startswith(content.POLICY)]
             policies = {name.removeprefix(f"{content.POLICY} "): arrays.pop(name).tobytes() for name in names}
             return cls(content.with_columns(file, head["results"], arrays, head["decimals"]), policies, head["seconds"])
 
@@ -140,7 +141,7 @@ def _policy(piece: Piece, lesson: Lesson) -> bytes | None:
         file = Path(folder) / POLICY
         lesson.save(file)
         policy = bytes_of(file, MOST_NUMBERS)
-        return content.archive_of(arrays_of(file, STATE)) if len(policy) <= LARGEST else None
+        return archive_of(arrays_of(file, STATE)) if len(policy) <= LARGEST else None
 
 
 def _trial(piece: Piece, level: str, count: int | None = None) -> Trial:

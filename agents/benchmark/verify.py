@@ -217,21 +217,19 @@ def _name(row: Mapping[str, Any]) -> str:
 
 
 def judge(columns: Mapping[str, Any], anew: Mapping[str, Any]) -> dict[str, Any]:
-    """Verdict on the columns of a row by the same columns computed anew, and the first difference.
+    """Verdict on the columns of a row by the same columns computed anew, and the first throw that differs.
 
     What the file says of its making has no part in it.
     """
     names = [name for name in dict.fromkeys((*columns, *anew)) if columns.get(name) != anew.get(name)]
-    difference = _difference(names[0], columns.get(names[0]), anew.get(names[0])) if names else None
+    difference: dict[str, Any] | None = None
+    if names:
+        before, now = columns.get(names[0]), anew.get(names[0])
+        difference = {"column": names[0], "at": None, "file": before, "here": now, "count": 1}
+        if isinstance(before, list | str) and isinstance(now, list | str) and len(before) == len(now):
+            at, *others = (number for number, (x, y) in enumerate(zip(before, now, strict=True)) if x != y)
+            difference |= {"at": at, "file": before[at], "here": now[at], "count": 1 + len(others)}
     return {"verdict": EQUAL if is_near(columns, anew) else DIFFERENT, "difference": difference}
-
-
-def _difference(name: str, before: Any, now: Any) -> dict[str, Any]:
-    """A column that differs: the first throw of those that do, both its values, and their number."""
-    if not (isinstance(before, list | str) and isinstance(now, list | str) and len(before) == len(now)):
-        return {"column": name, "at": None, "file": before, "here": now, "count": 1}
-    at, *others = (number for number, (x, y) in enumerate(zip(before, now, strict=True)) if x != y)
-    return {"column": name, "at": at, "file": before[at], "here": now[at], "count": 1 + len(others)}
 
 
 def is_near(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:

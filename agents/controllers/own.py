@@ -64,18 +64,10 @@ def controller_of(policy: Any, env: Env) -> Controller:
         return _policy(policy, type(policy).__name__.lower(), env)
     if callable(policy):
         name = getattr(policy, "__name__", type(policy).__name__)
-        function = _of_parts(policy) if isinstance(env.single_observation_space, Dict) else policy
-        return Policy(function, name, kind=env.single_action_space.dtype)
+        has_pictures = isinstance(env.single_observation_space, Dict)
+        act = (lambda vector, image: policy({"image": image, "vector": vector})) if has_pictures else policy
+        return Policy(act, name, kind=env.single_action_space.dtype)
     raise UsageError(f"a policy is a controller, a model or a function of observations, not {policy!r}")
-
-
-def _of_parts(policy: Function) -> Function:
-    """A function of vectors and pictures that hands both over as the environment does."""
-
-    def act(vector: NDArray[np.float32], image: NDArray[np.uint8]) -> Any:
-        return policy({"image": image, "vector": vector})
-
-    return act
 
 
 def import_controller(reference: str, env: Env, **options: Any) -> Controller:

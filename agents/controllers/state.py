@@ -13,6 +13,7 @@ import numpy as np
 from pnt_gym.errors import one_sentence
 from pnt_gym.reading import AccessError, arrays_of
 
+from ..ground.archives import save_arrays
 from ..ground.cli import UsageError
 from ..ground.outputs import deliver
 from .adaptive import IN_CONTEXT, STATIC, Adaptive
@@ -68,13 +69,7 @@ def save_state(controller: Stored, path: Path) -> None:
 
 def write_state(name: str, state: State, path: Path) -> None:
     """Write the state of a controller of a name to a .npz file, atomically."""
-    arrays: dict[str, Any] = {"controller": np.array(name), **state}
-
-    def write(temporary: Path) -> None:
-        with temporary.open("wb") as file:  # given a name, numpy would append a suffix
-            np.savez(file, **arrays)
-
-    deliver(path, write)
+    deliver(path, lambda place: save_arrays(place, {"controller": name, **state}))
 
 
 class Stored(Protocol):

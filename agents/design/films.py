@@ -86,12 +86,6 @@ def _geoms(model: MjModel) -> tuple[Bools, Bools]:
     return is_drawn & stands, is_drawn & ~stands
 
 
-def fixed_solids(scene: Scene) -> Mapping[str, Solids]:
-    """Solids of a scene that stand still."""
-    model, data, _ = scene
-    return _model_solids(model, data, _geoms(model)[0])
-
-
 def moving_solids(scene: Scene) -> Frame3D:
     """Solids of a scene that move."""
     model, data, markers = scene
@@ -129,7 +123,9 @@ class Still:
         view = LineView(cell)
         cell.reset(np.arange(1), [np.random.default_rng(0)])
         scene = view.scene(float(cell.state.clock[0]))
-        return cls(fixed_solids(scene), moving_solids(scene), line.robots[0].x, cell)
+        model, data, _ = scene
+        fixed = _model_solids(model, data, _geoms(model)[0])
+        return cls(fixed, moving_solids(scene), line.robots[0].x, cell)
 
 
 def play(line: LineConfig, seconds: float) -> Iterator[Frame3D]:

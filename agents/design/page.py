@@ -95,7 +95,11 @@ class Page:
     def _add_files(self) -> None:
         """Add the buttons of files: what is saved goes through the browser's download."""
         gui = self.server.gui
-        self._button("save as YAML", self._save, "a level file for `pnt-gym line plan --level FILE.yaml`")
+        self._button(
+            "save as YAML",
+            lambda state: (f"{state.line.name}.yaml", level_files.text_of_line(state.line).encode()),
+            "a level file for `pnt-gym line plan --level FILE.yaml`",
+        )
         upload = gui.add_upload_button("open YAML", mime_type=".yaml,.yml")
         upload.on_upload(lambda event: self._open(event.target.value))
         self._button(
@@ -103,7 +107,9 @@ class Page:
         )
         self._button("report as HTML", self._report, "two pages: drawing, figures, settings and assumptions")
         if report.browser() is not None:
-            self._button("report as PDF", self._report_pdf)
+            self._button(
+                "report as PDF", lambda state: (f"{state.line.name}_report.pdf", report.pdf(report.html(state)))
+            )
 
     def _button(self, label: str, make: Callable[[State], tuple[str, bytes]], hint: str | None = None) -> None:
         """Add a button that makes a file, which the browser that asked for it downloads."""
@@ -120,9 +126,6 @@ class Page:
 
         self.server.gui.add_button(label, hint=hint).on_click(act)
 
-    def _save(self, state: State) -> tuple[str, bytes]:
-        return f"{state.line.name}.yaml", level_files.text_of_line(state.line).encode()
-
     def _open(self, file: Any) -> None:
         self.session.begin(partial(level_files.line_of_file, file.content, file.name))
 
@@ -136,9 +139,6 @@ class Page:
 
     def _report(self, state: State) -> tuple[str, bytes]:
         return f"{state.line.name}_report.html", report.html(state).encode()
-
-    def _report_pdf(self, state: State) -> tuple[str, bytes]:
-        return f"{state.line.name}_report.pdf", report.pdf(report.html(state))
 
     def _play(self, is_stale: Callable[[], bool]) -> None:
         """Play the begin of a shift of the design, until the design changes."""

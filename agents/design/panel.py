@@ -139,7 +139,7 @@ class Panel:
         for index, robot in enumerate(line.robots):
             known = (*names, *({sheet.name for sheet in line.sheets()} - set(names)))
             sheet = gui.add_dropdown(robot.name, known, initial_value=line.sheets()[index].name)
-            self._list_input(sheet, partial(_sheet, index), partial(_choose, index))
+            self._list_input(sheet, lambda line, index=index: line.sheets()[index].name, partial(_choose, index))
             place = gui.add_number("along the belt [m]", robot.x, step=0.05)
             self._list_input(place, partial(_x, index), partial(_move, index))
         down = gui.add_dropdown("stands still", (NOBODY, *(robot.name for robot in line.robots)), initial_value=NOBODY)
@@ -165,10 +165,18 @@ class Panel:
         gui = self._gui
         for item in line.cell.items:
             share = gui.add_slider(f"{item} [%]", 0.0, 99.0, 0.5, _share(item, line), hint="share of the objects")
-            self._list_input(share, partial(_share, item), partial(_set_share, item))
+            self._list_input(
+                share,
+                partial(_share, item),
+                lambda percent, item=item: partial(changes.set_share, item=item, percent=float(percent)),
+            )
         for item in line.cell.items:
             value = gui.add_number(f"value of {item}", _value(item, line), min=0.0, step=0.1)
-            self._list_input(value, partial(_value, item), partial(_set_value, item))
+            self._list_input(
+                value,
+                partial(_value, item),
+                lambda worth, item=item: partial(changes.set_value, item=item, value=float(worth)),
+            )
 
     def _offer(self, tried: tuple[Tried, ...]) -> None:
         """Offer changes that were tried, with what they bring."""
@@ -199,10 +207,6 @@ def _rate(line: LineConfig) -> float:
 
 def _percent(line: LineConfig) -> float:
     return max(line.cell.limits.percent)
-
-
-def _sheet(index: int, line: LineConfig) -> str:
-    return line.sheets()[index].name
 
 
 def _choose(index: int, name: str) -> Change:
@@ -239,13 +243,5 @@ def _share(item: str, line: LineConfig) -> float:
     return round(100.0 * float(line.cell.shares()[line.cell.items.index(item)]), 1)
 
 
-def _set_share(item: str, percent: float) -> Change:
-    return partial(changes.set_share, item=item, percent=float(percent))
-
-
 def _value(item: str, line: LineConfig) -> float:
     return line.value.of.get(item, 1.0)
-
-
-def _set_value(item: str, value: float) -> Change:
-    return partial(changes.set_value, item=item, value=float(value))

@@ -98,24 +98,16 @@ def _by_item(model: ThrowModel, config: ConveyorConfig, middle: Floats) -> Itera
     for kind in np.unique(kinds):
         if (kinds == kind).sum() >= FEWEST:
             name, own = config.items[kind], (model.log.kind == kind)[:, None, None]
-            yield Effect("drag", np.where(own, drag[:, :, None] / DRAG, 0.0), _drag_text(name))
-            yield Effect("delay", np.where(own, delay[:, :, None] / DELAY, 0.0), _delay_text(name))
-
-
-def _drag_text(name: str) -> Callable[[Floats], str]:
-    def text(size: Floats) -> str:
-        factor = np.exp(np.clip(size[0], -FARTHEST, FARTHEST))
-        return f"{name} of {factor:.2g} times the drag, or of another mass or size than measured"
-
-    return text
-
-
-def _delay_text(name: str) -> Callable[[Floats], str]:
-    def text(size: Floats) -> str:
-        when = "later" if size[0] > 0.0 else "earlier"
-        return f"{name} that comes free {abs(size[0]):.1f} ms {when}, as with another seal or mass than measured"
-
-    return text
+            yield Effect(
+                "drag", np.where(own, drag[:, :, None] / DRAG, 0.0),
+                lambda v, name=name: f"{name} of {np.exp(np.clip(v[0], -FARTHEST, FARTHEST)):.2g} times the drag, "
+                "or of another mass or size than measured",
+            )  # fmt: skip
+            yield Effect(
+                "delay", np.where(own, delay[:, :, None] / DELAY, 0.0),
+                lambda v, name=name: f"{name} that comes free {abs(v[0]):.1f} ms "
+                f"{'later' if v[0] > 0.0 else 'earlier'}, as with another seal or mass than measured",
+            )  # fmt: skip
 
 
 @final

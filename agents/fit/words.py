@@ -27,6 +27,7 @@ BIN_CAMERA: Final = (
 )
 
 
+BLOWN: Final = "The cup blows its objects off: they leave {} faster downwards than it."
 FREE_MOTION: Final = (
     "Releases are taken as logged: nothing is said of the swing and the lip's stiffness, of grips that were lost, or "
     "of cups that touch their objects again."
@@ -60,25 +61,18 @@ def _text(values: Floats) -> str:
 
 def sentences(fitted: Fitted, samples: Floats) -> list[str]:
     """Sentences for people, the verdict on the model last."""
-    vague = [part.label for part in fitted.estimates(samples).values() if part.share > VAGUE]
+    estimates = fitted.estimates(samples)
+    vague = [part.label for part in estimates.values() if part.share > VAGUE]
     names = {parameter.name for parameter in fitted.posterior.parameters}
     return [
         *([FREE_MOTION] if fitted.log.has_free_motion else []),
         *(f"This log does not tell {label}: the interval is hardly narrower than the prior." for label in vague),
-        *_blown(fitted, samples),
+        *([BLOWN.format(estimates["blow_off"].text)] if fitted.blows else []),
         *_pairs(fitted, samples),
         *([BIN_CAMERA] if names & {"camera_x", "camera_y"} else []),
         *_modes(fitted, samples),
         *verdict(fitted),
     ]
-
-
-def _blown(fitted: Fitted, samples: Floats) -> list[str]:
-    """A sentence where the cup blows its objects off."""
-    if not fitted.blows:
-        return []
-    part = fitted.estimates(samples)["blow_off"]
-    return [f"The cup blows its objects off: they leave {part.text} faster downwards than it."]
 
 
 def _pairs(fitted: Fitted, samples: Floats) -> list[str]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.reading import arrays_of
 
+from ..ground.archives import save_arrays
 from ..ground.cli import UsageError
 from ..ground.fitting import fit_from
 from ..policies import networks
@@ -105,8 +106,7 @@ class PlaceNetwork:
 
     def save(self, path: Path) -> None:
         """Write the arrays to a file."""
-        with path.open("wb") as file:  # given a name, numpy would append a suffix
-            np.savez(file, **self.state())
+        save_arrays(path, self.state())
 
     @classmethod
     def load(cls, path: Path) -> Self:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .small_svg import small_svg
+
 if TYPE_CHECKING:
     import matplotlib.axes
     import matplotlib.figure
@@ -35,7 +37,7 @@ def svg(figure: Figure) -> str:
     # Without salt and with a date, two runs over the same data would differ.
     with mpl.rc_context({"svg.hashsalt": "pnt_gym", "svg.fonttype": "path"}):
         figure.savefig(buffer, format="svg", bbox_inches="tight", metadata={"Date": None}, dpi=RASTER)
-    return buffer.getvalue()
+    return small_svg(buffer.getvalue())
 
 
 def subplots(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, list[Axes]]:

@@ -110,9 +110,26 @@ def write_json(path: Path, data: Any) -> None:
     write_text(path, json_text(data))
 
 
-def json_text(data: Any, *, indent: int | None = 1) -> str:
-    """Data as JSON text; a NaN in the data raises an error, because other tools could not read the file."""
-    return json.dumps(data, indent=indent, allow_nan=False) + "\n"
+def json_text(data: Any) -> str:
+    """Data as JSON text, with a line for each key of an object, and in a list of objects for each of these.
+
+    A NaN in the data raises an error, because other tools could not read the file.
+    """
+    if not isinstance(data, dict):
+        return _json_value(data) + "\n"
+    lines = (f"{json.dumps(str(key))}: {_json_value(value)}" for key, value in cast("dict[Any, Any]", data).items())
+    return "{\n " + ",\n ".join(lines) + "\n}\n"
+
+
+def _json_value(value: Any) -> str:
+    entries = cast("list[Any]", value) if isinstance(value, list | tuple) and value else [None]
+    if not all(isinstance(entry, dict) for entry in entries):
+        return _short_json(value)
+    return "[\n  " + ",\n  ".join(map(_short_json, entries)) + "\n ]"
+
+
+def _short_json(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, separators=(",", ":"))
 
 
 def jsonable(values: Any, decimals: int | None = None) -> Any:
@@ -121,7 +138,13 @@ def jsonable(values: Any, decimals: int | None = None) -> Any:
     None replaces NaN and infinity, which JSON does not have. A zero has no sign, so equal values have equal texts.
     """
     if isinstance(values, np.ndarray) and values.ndim and decimals is None and values.dtype.kind in "bif":
-        return _listed(cast("NDArray[Any]", values))
+        # All at once, because results have millions.
+        numbers = cast("NDArray[Any]", values)
+        if numbers.dtype.kind != "f":
+            return numbers.tolist()
+        entries = (numbers + 0.0).astype(object)
+        entries[~np.isfinite(numbers)] = None
+        return entries.tolist()
     listed: Any = cast("Any", values).tolist() if isinstance(values, np.ndarray | np.generic) else values
     if isinstance(listed, list):
         return [jsonable(value, decimals) for value in cast("list[Any]", listed)]
@@ -130,15 +153,6 @@ def jsonable(values: Any, decimals: int | None = None) -> Any:
     if not math.isfinite(listed):
         return None
     return (listed if decimals is None else round(listed, decimals)) + 0.0
-
-
-def _listed(numbers: NDArray[Any]) -> Any:
-    """An array of numbers as JSON values, all at once, because results have millions."""
-    if numbers.dtype.kind != "f":
-        return numbers.tolist()
-    values = (numbers + 0.0).astype(object)
-    values[~np.isfinite(numbers)] = None
-    return values.tolist()
 
 
 def read_json(path: Path, max_bytes: int = MOST_RESULTS) -> Any:

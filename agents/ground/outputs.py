@@ -62,13 +62,13 @@ def deliver_text(path: Path, text: str) -> None:
     deliver(path, lambda place: place.write_bytes(text.encode()))
 
 
-def deliver_json(path: Path, data: Any, *, indent: int | None = 1) -> None:
+def deliver_json(path: Path, data: Any) -> None:
     """Write data as JSON to a user's path; a NaN in the data raises an error.
 
     Raises:
         UsageError: the path cannot be written.
     """
-    deliver_text(path, json_text(data, indent=indent))
+    deliver_text(path, json_text(data))
 
 
 def check_ending(option: str, path: Path | None, endings: Sequence[str]) -> None:

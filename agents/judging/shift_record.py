@@ -136,11 +136,11 @@ class ShiftRecord(Record):
 
     @classmethod
     def further(cls, results: Sequence[Result], rows: Rows) -> dict[str, Any]:
-        """Value by seed, figures by shift, names, and the time of a decision averaged over the seeds."""
+        """Value by seed and by shift, names, and the time of a decision averaged over the seeds."""
         first = results[0]["columns"]
         return {
             "value_per_min_by_seed": rows["value_per_min"].mean(axis=1).tolist(),
-            "by_shift": {name: jsonable(rows[name].mean(axis=0)) for name in cls.figures},
+            "by_shift": {"value_per_min": jsonable(rows["value_per_min"].mean(axis=0))},
             "items": first["items"],
             "robots": first["robots"],
         }

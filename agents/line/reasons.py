@@ -158,7 +158,17 @@ def reason(plan: Planned, gains: Sequence[Gain]) -> str:
     if not found:
         return "no object was lost"
     causes = ", and ".join(_cause(plan, fate, share) for fate, share in found)
-    return f"the reason: {causes}{_gains_text(gains)}"
+    # The best one of each kind, such as of all robots that were tried.
+    first = {gain.what: gain for gain in reversed(gains)}
+    kinds = [gain for gain in gains if first[gain.what] is gain]
+    better = [gain for gain in kinds if gain.points.low > 0.0][:BEST]
+    alike = [gain.words for gain in kinds if gain.points.low <= 0.0 <= gain.points.high][:BEST]
+    texts = [f"{_points(gain)} with {gain.words}" for gain in better]
+    if better:
+        causes += f"; over the same shifts recovery rises by {', by '.join(texts)}"
+    elif gains:
+        causes += "; no change that was tried brings more"
+    return f"the reason: {causes}" + (f"; no difference with {', with '.join(alike)}" if alike else "")
 
 
 def _cause(plan: Planned, fate: str, share: float) -> str:
@@ -172,19 +182,6 @@ def _cause(plan: Planned, fate: str, share: float) -> str:
     names = ", ".join(plan.config.robots[robot].name for robot in takers)
     times = ", ".join(percent(plan.row["utilisation"][robot]) for robot in takers)
     return f"{text}; taken by {names}, at work {times}"
-
-
-def _gains_text(gains: Sequence[Gain]) -> str:
-    """What changes of a plan bring, as the end of a sentence: the best ones, and those that make no difference."""
-    # The best one of each kind, such as of all robots that were tried.
-    first = {gain.what: gain for gain in reversed(gains)}
-    kinds = [gain for gain in gains if first[gain.what] is gain]
-    better = [gain for gain in kinds if gain.points.low > 0.0][:BEST]
-    alike = [gain.words for gain in kinds if gain.points.low <= 0.0 <= gain.points.high][:BEST]
-    texts = [f"{_points(gain)} with {gain.words}" for gain in better]
-    rises = f"; over the same shifts recovery rises by {', by '.join(texts)}" if better else ""
-    same = f"; no difference with {', with '.join(alike)}" if alike else ""
-    return rises + same if better else f"; no change that was tried brings more{same}" if gains else ""
 
 
 def _points(gain: Gain) -> str:

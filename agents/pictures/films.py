@@ -15,7 +15,7 @@ from typing import Any, Final, final
 import numpy as np
 from PIL import Image
 
-from pnt_gym.arrays import Floats, concatenate_records
+from pnt_gym.arrays import concatenate_records
 from pnt_gym.cells.base.canvas import Picture, Viewpoint
 from pnt_gym.cells.line.rows import Fate
 
@@ -85,7 +85,7 @@ def throw_pictures(film: ThrowFilm, width: int = WIDTH) -> Iterator[list[Any]]:
             fps = round(RATE * film.slow)
             count = sum(1 for _ in stage.view.recording.play(1.0 / fps))
             for number, scene in enumerate(stage.view.scenes(fps)):
-                place = _object_place(stage, scene)
+                place = np.array(scene[1].xpos[stage.view.recording.body])
                 seen = LAZY * seen + (1.0 - LAZY) * (centre + film.follow * (place - centre))
                 stage.view.camera.lookat[:] = seen
                 over = number >= min(round(fps * (landed + LATER)), count - 3)
@@ -182,10 +182,6 @@ def _landing(view: Any) -> float:
     recording, interval = view.recording, 0.01
     *_, (_, trail) = recording.play(interval)
     return interval * float(np.linalg.norm(trail - recording.target, axis=1).argmin())
-
-
-def _object_place(stage: Stage, scene: Any) -> Floats:
-    return np.array(scene[1].xpos[stage.view.recording.body])
 
 
 def _with_grasp(stage: Stage, picture: Any) -> Any:

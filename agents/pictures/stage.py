@@ -117,7 +117,8 @@ class Stage:
     def _write(self, path: Path, moment: float) -> None:
         from PIL import Image  # noqa: PLC0415 - only pictures need it
 
-        Image.fromarray(self._shown.at(moment, RATE)).save(path)
+        # Of a format with losses; PNG knows no quality.
+        Image.fromarray(self._shown.at(moment, RATE)).save(path, quality=90)
 
     def close(self) -> None:
         """Close the view and the environment; safe to call twice."""

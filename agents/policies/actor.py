@@ -30,6 +30,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.grasp.config import CHANNELS, PIXELS
 from pnt_gym.reading import arrays_of
 
+from ..ground.archives import save_arrays
 from ..ground.cli import UsageError
 from . import networks
 from .networks import ACTIVATIONS, LAYER, LSTM, Array, Convolution, Dense, Layers, Lstm, activate, lstm_of
@@ -156,7 +157,7 @@ class Actor:
     def save(self, file: Path) -> None:
         """Write the policy to a file."""
         header: dict[str, Any] = {"activation": self.activation, "output": self.output, "bound": np.float32(self.bound)}
-        np.savez(file, **self.numbers, **header, low=self.low, high=self.high)
+        save_arrays(file, {**self.numbers, **header, "low": self.low, "high": self.high})
 
     @classmethod
     def load(cls, file: Path) -> Self:

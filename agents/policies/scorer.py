@@ -29,6 +29,7 @@ from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE
 from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.reading import arrays_of
 
+from ..ground.archives import save_arrays
 from ..ground.cli import UsageError, check_known
 from . import networks
 from .networks import ACTIVATIONS, LAYER, Dense, Layers
@@ -109,9 +110,7 @@ class Scorer:
 
     def save(self, file: Path) -> None:
         """Write the scorer to a file."""
-        arrays: dict[str, Any] = {**self.numbers, "activation": np.array(self.activation)}
-        with file.open("wb") as place:  # for a file's name, numpy would append a suffix
-            np.savez(place, **arrays)
+        save_arrays(file, {**self.numbers, "activation": self.activation})
 
     @classmethod
     def load(cls, file: Path) -> Self:

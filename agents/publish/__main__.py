@@ -19,10 +19,10 @@ from ..ground.places import MADE
 from ..ground.tables import console, throws_bar
 from ..judging import trials
 from ..judging.evaluation import evaluate
-from ..learning.runs import RunFolder
+from ..learning.runs import MODEL, RunFolder
 from ..learning.trained import importless_environment
 from .card import card
-from .folder import check, check_model, fill, level_and_folder_name
+from .folder import check, check_model, copy_run, fill, level_and_folder_name
 
 LEVELS: Mapping[str, tuple[str, ...]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), ("waste", "unseen"))
 """Default levels of the evaluation by environment; the second level has items that were not in training."""
@@ -52,6 +52,8 @@ class Arguments:
     """Held-out work shifts per level, for a policy that chooses objects on a line."""
     seed: int = 0
     """Seed of the held-out objects."""
+    model: bool = True
+    """Copy model.zip, the policy with critics and optimisers for stable-baselines3: most of the folder's bytes."""
     onnx: bool = True
     """Write policy.onnx, the policy for ONNX runtimes in other languages and on other machines."""
     video: bool = True
@@ -72,7 +74,7 @@ def main(arguments: Arguments) -> None:
     check_libraries("torch", "matplotlib", *(["onnx", "onnxruntime"] if arguments.onnx else []))
     check_drawing(film=target if arguments.video else None)
     check_writable(target / "README.md")
-    check_model(folder)
+    check_model(folder, is_copied=arguments.model)
     if arguments.onnx:
         check(run_args)
     levels = {level: level for level in arguments.levels or LEVELS.get(env_id, ())}
@@ -84,6 +86,8 @@ def main(arguments: Arguments) -> None:
     try:
         parts.mkdir(parents=True)
         film_seed = arguments.seed if arguments.video else None
+        left_out = () if arguments.model else (MODEL,)
+        copy_run(folder, parts, left_out)
         fill(parts, folder, env_id, run_args, trial, onnx=arguments.onnx, film_seed=film_seed)
         count = getattr(arguments, trial.option, None) or trial.usual_card
         reports = {label: evaluate_level(env_id, level, count, arguments, run_args) for label, level in levels.items()}

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import shutil
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
@@ -46,8 +47,8 @@ def level_and_folder_name(folder: Path, env_id: str, run_args: Mapping[str, Any]
         raise UsageError(f"run folder {str(folder)!r} is damaged: env.yaml has name {trained_on!r}") from None
 
 
-def check_model(folder: Path) -> None:
-    """Make sure that policy.npz and model.zip of a run hold the same policy.
+def check_model(folder: Path, *, is_copied: bool) -> None:
+    """Make sure that a run's policy can be published, and that its model.zip, if that goes along, holds the same one.
 
     Raises:
         UsageError: the policies differ, see pictures, or a file is missing or damaged.
@@ -57,6 +58,8 @@ def check_model(folder: Path) -> None:
     run = runs.RunFolder(folder)
     if getattr(run.load_policy(), "eye", None) is not None:
         raise UsageError(f"the policy of {str(folder)!r} sees pictures; only policies of vectors are published")
+    if not is_copied:
+        return
     stored, rebuilt = (policy.numbers for policy in (run.load_policy(), weights.actor(run.load())))
     if stored.keys() != rebuilt.keys() or not all(np.array_equal(stored[name], rebuilt[name]) for name in stored):
         raise UsageError(
@@ -77,6 +80,13 @@ def check(run_args: Mapping[str, Any]) -> None:
         raise UsageError(f"policy.onnx would lack the controller {run_args['over']!r} under the policy; give --no-onnx")
 
 
+def copy_run(folder: Path, parts: Path, left_out: Collection[str]) -> None:
+    """Copy the files of a run folder that a user of the policy needs, but for some of them."""
+    for name in FILES:
+        if name not in left_out and (folder / name).is_file():
+            shutil.copy2(folder / name, parts / name)
+
+
 def fill(
     parts: Path,
     folder: Path,
@@ -87,7 +97,7 @@ def fill(
     onnx: bool,
     film_seed: int | None,
 ) -> None:
-    """Write everything but the card into the folder of a published policy.
+    """Write what a run folder lacks, all but the card, into the folder of a published policy.
 
     Args:
         parts: the new folder.
@@ -98,11 +108,12 @@ def fill(
         onnx: write the policy's ONNX graph.
         film_seed: seed of the film's objects; None for no film.
     """
-    for name in FILES:
-        if (folder / name).is_file():
-            shutil.copy2(folder / name, parts / name)
-    # Without a version in the metadata the same training gives the same bytes.
-    curve(folder / "progress.csv", trial).savefig(parts / CURVE, dpi=100, metadata={"Software": None})
+    from PIL import Image  # noqa: PLC0415 - comes with Matplotlib, which only drawings need
+
+    drawn = io.BytesIO()
+    curve(folder / "progress.csv", trial).savefig(drawn, dpi=100)
+    # Sixty-four colours are a third of the bytes; without metadata the same training gives the same bytes.
+    Image.open(io.BytesIO(drawn.getvalue())).convert("RGB").quantize(64).save(parts / CURVE, optimize=True)
     if onnx:
         about = {name: str(run_args[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
         onnx_graph.save(runs.RunFolder(folder).load_policy(), parts / GRAPH, about)

@@ -87,7 +87,7 @@ def makers_from(results: Path) -> dict[str, Maker]:
         "table": lambda name: _text(name, results),
         "question": lambda name: _question_text(name, results),
         "answer": lambda name: _answer_text(name, results),
-        "short": lambda name: _short_text(name, results),
+        "short": lambda name: _answer_text(name, results, is_short=True),
     }
 
 
@@ -120,17 +120,12 @@ def _question_text(name: str, results: Path) -> str:
     return "\n\n".join(line for line in lines if line)
 
 
-def _answer_text(name: str, results: Path) -> str:
-    """The answer to a question, and from which world it is where that is an older one."""
+def _answer_text(name: str, results: Path, *, is_short: bool = False) -> str:
+    """The answer to a question, perhaps in a sentence, and from which world it is where that is an older one."""
     question, answer = _answered_question(name, results)
+    if is_short and (opening := question.opening(results)) is not None:
+        answer = opening.short
     return " ".join(line for line in (answer, question.older(results)) if line)
-
-
-def _short_text(name: str, results: Path) -> str:
-    """The answer in a sentence, and from which world it is where that is an older one."""
-    question, answer = _answered_question(name, results)
-    opening = question.opening(results)
-    return " ".join(line for line in (answer if opening is None else opening.short, question.older(results)) if line)
 
 
 def _answered_question(name: str, results: Path) -> tuple[Question, str]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -43,18 +44,8 @@ NEARLY: Final = 1e-9
 """Relative difference of two figures that the order of sums explains."""
 
 
-def compare(
-    record: type[Record], learned: Sequence[Result], reference: Sequence[Result], num_envs: int
-) -> dict[str, Any]:
-    """Difference of a learned controller and a reference on the same throws or shifts, with intervals.
-
-    The figures are those of `Record.compared`. Each throw or shift is averaged over the seeds of a controller;
-    `by_seed` compares each seed of the learned controller alone.
-    """
-    whole = _difference(record, learned, reference, num_envs)
-    alone = [whole] if len(learned) == 1 else [_difference(record, [r], reference, num_envs) for r in learned]
-    by_seed = [{"seed": r["seed"], **difference} for r, difference in zip(learned, alone, strict=True)]
-    return {**whole, "by_seed": by_seed}
+FORMER: Final = re.compile(r"comparisons\.\d+\.by_seed|table\.\d+\.by_shift\.\w+")
+"""What files of earlier versions show beside it, and nobody reads: the rows have it."""
 
 
 def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
@@ -102,9 +93,13 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     return {**head, "table": table, "comparisons": comparisons}
 
 
-def _difference(
+def compare(
     record: type[Record], learned: Sequence[Result], reference: Sequence[Result], num_envs: int
 ) -> dict[str, Any]:
+    """Difference of a learned controller and a reference on the same throws or shifts, with intervals.
+
+    The figures are those of `Record.compared`. Each throw or shift is averaged over the seeds of a controller.
+    """
     difference: dict[str, Any] = {}
     sides = (learned, reference)
     candidate, baseline = (record.paired_columns(side, sides, num_envs) for side in sides)
@@ -208,8 +203,9 @@ def _figures(path: Path, plan: Plan, rows: list[Any]) -> dict[str, Any]:
 def _contradiction(shown: Any, computed: Any, place: str) -> str | None:
     """The first difference of what a file shows and what its rows give, in words; None if there is none."""
     if isinstance(shown, dict) and isinstance(computed, dict):
-        if shown.keys() != computed.keys():
-            name = min(shown.keys() ^ computed.keys())
+        former = {name for name in shown.keys() - computed.keys() if FORMER.fullmatch(f"{place}.{name}")}
+        if shown.keys() - former != computed.keys():
+            name = min((shown.keys() - former) ^ computed.keys())
             return f"{place}.{one_sentence(name, 60)} is {'missing' if name in computed else 'no figure of theirs'}"
         parts = [(name, shown[name], computed[name]) for name in computed]
     elif isinstance(shown, list) and isinstance(computed, list):

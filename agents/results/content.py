@@ -1,9 +1,10 @@
 """What a result is: a readable head, the throws or work shifts of its rows, and policies, in files and in memory.
 
 A result NAME.json is the head: plan, versions, table, comparisons, and for each row what it is of, its totals, and the
-file of its policy. Beside the head lies the folder NAME. Its `rows.npz` holds one table for each row, named by the
-row's number, with an entry for each throw or shift: letters, and whole numbers in units of the last decimal that the
-head gives for the column. In memory a row has all of its columns as JSON values.
+file of its policy. Beside the head lies the folder NAME. Its `rows.npz` holds the columns of all rows, with an entry
+for each throw or shift: letters, and whole numbers in units of the last decimal that the head gives for the column.
+Rows with the same columns are a group, and a column of a group stands in one array: what its rows share is stored once.
+Earlier versions wrote a table for each row, which is read too. In memory a row has all of its columns as JSON values.
 
 A file of results may be a stranger's, so its content is data of a checked form; `compare` checks what it shows.
 """
@@ -12,12 +13,10 @@ from __future__ import annotations
 
 import base64
 import binascii
-import io
-import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Final, NamedTuple, cast
+from typing import Annotated, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +26,10 @@ from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.errors import one_sentence
 from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of
 
+from ..ground.archives import archive_of
 from ..ground.cli import UsageError
-from ..ground.files import MOST_RESULTS, check_form, json_text, jsonable, read_json
-from ..ground.outputs import check_ending, check_writable, deliver, deliver_text
+from ..ground.files import MOST_RESULTS, check_form, jsonable, read_json
+from ..ground.outputs import check_ending, check_writable, deliver, deliver_json
 from ..ground.versions import versions
 from ..judging.rows import Amount, Count, check_model
 from .plan import Plan
@@ -39,7 +39,11 @@ ROW: Final = ("label", "throws", "seed", "level", "train_level")
 ABOUT: Final = ("by", "about", "command")
 """What a submission says of itself, beside what a benchmark's file says."""
 ROWS: Final = "rows.npz"
-"""File of the tables of all rows."""
+"""File of the columns of all rows."""
+GROUPS: Final = "groups"
+"""Array with the group of each row; the array `GROUP NAME` holds a column of the group's rows (rows, entries, ...)."""
+TABLES: Final = rf"{GROUPS}|\d+( .+)?"
+"""Names of the arrays that hold columns; a number alone is a table of an earlier version."""
 POLICY: Final = "policy"
 """Key of a row with the name of its policy's file."""
 MOST_VALUES: Final = 2**24
@@ -181,7 +185,7 @@ def form(path: Path, data: dict[str, Any]) -> Content:
     plan = _plan(path, data["plan"])
     if "decimals" in data:
         file = folder_of(path) / ROWS
-        tables = arrays(file, r"\d+")
+        tables = arrays(file, TABLES)
         data = {**data, "results": with_columns(file, data["results"], tables, data["decimals"])}
     return Content(plan, data, path)
 
@@ -207,26 +211,59 @@ def name_row(row: Mapping[str, Any]) -> str:
 def with_columns(
     file: Path, heads: Sequence[Result], tables: Mapping[str, NDArray[Any]], decimals: Mapping[str, int]
 ) -> list[Result]:
-    """Rows with the columns that their tables hold.
+    """Rows with the columns that the arrays of a file hold.
+
+    Raises:
+        UsageError: a column is missing or of another form.
+    """
+    rows: list[Result] = []
+    left = MOST_VALUES
+    split = _split if GROUPS in tables else _split_tables
+    for head, stored in zip(heads, split(file, tables, len(heads)), strict=True):
+        left -= sum(column.size for column in stored.values())
+        if left < 0:
+            raise UsageError(f"{str(file)!r} holds more than {MOST_VALUES:,} values")
+        columns = {name: _values(file, name, column, decimals.get(name)) for name, column in stored.items()}
+        rows.append({**head, "columns": {**head["columns"], **columns}})
+    return rows
+
+
+def _split(file: Path, tables: Mapping[str, NDArray[Any]], count: int) -> Iterator[dict[str, NDArray[Any]]]:
+    """The stored columns of each row by name, from those of the groups.
+
+    Raises:
+        UsageError: the arrays are not of as many rows.
+    """
+    groups = tables[GROUPS]
+    if groups.dtype.kind not in "iu" or groups.shape != (count,):
+        raise UsageError(f"{str(file)!r} must name the group of each of the {count} rows")
+    stored: list[dict[str, NDArray[Any]]] = [{} for _ in range(count)]
+    for key, column in tables.items():
+        if key == GROUPS:
+            continue
+        group, _, name = key.partition(" ")
+        members = np.flatnonzero(groups == int(group))
+        if not name or column.ndim < 2 or len(column) != len(members):
+            raise UsageError(f"{str(file)!r}: {one_sentence(repr(key), 60)} does not hold {len(members)} rows")
+        for row, values in zip(members, column, strict=True):
+            stored[row][name] = values
+    yield from stored
+
+
+def _split_tables(file: Path, tables: Mapping[str, NDArray[Any]], count: int) -> Iterator[dict[str, NDArray[Any]]]:
+    """The stored columns of each row by name, from tables of an earlier version.
 
     Raises:
         UsageError: a table is missing or of another form.
     """
-    if tables.keys() != {str(number) for number in range(len(heads))}:
-        raise UsageError(f"{str(file)!r} must hold one table for each of the {len(heads)} rows")
-    rows: list[Result] = []
-    left = MOST_VALUES
-    for number, head in enumerate(heads):
+    if tables.keys() != {str(number) for number in range(count)}:
+        raise UsageError(f"{str(file)!r} must hold one table for each of the {count} rows")
+    for number in range(count):
         table = tables[str(number)]
         names = table.dtype.names
         if names is None or table.ndim != 1 or not table.dtype.itemsize:
             raise UsageError(f"{str(file)!r}: {number} is no table")
-        left -= sum(table[name].size for name in names)
-        if left < 0:
-            raise UsageError(f"{str(file)!r} holds more than {MOST_VALUES:,} values")
-        columns = {name: _values(file, name, table[name], decimals.get(name)) for name in names}
-        rows.append({**head, "columns": {**head["columns"], **columns}})
-    return rows
+        yield {name: table[name] for name in names}
 
 
 def _values(file: Path, name: str, column: NDArray[Any], decimals: int | None) -> Any:
@@ -283,16 +320,7 @@ def write(path: Path, head: Mapping[str, Any], results: Sequence[Result], polici
         (folder_of(path) / name).unlink(missing_ok=True)
     for name, content in files.items():
         deliver(folder_of(path) / name, lambda place, content=content: place.write_bytes(content))
-    # A head as JSON, with a line for each key and for each row.
-    data = {**head, "decimals": decimals, "results": rows}
-    parts: list[str] = []
-    for key, value in data.items():
-        entries: list[Any] = value if isinstance(value, list) else []
-        is_rows = all(isinstance(entry, dict) for entry in entries)
-        lines = ",\n  ".join(json_text(entry, indent=None).rstrip() for entry in entries) if is_rows else ""
-        text = f"[\n  {lines}\n ]" if lines else json_text(value, indent=None).rstrip()
-        parts.append(f" {json.dumps(key)}: {text}")
-    deliver_text(path, ("{\n" + ",\n".join(parts) + "\n}\n"))
+    deliver_json(path, {**head, "decimals": decimals, "results": rows})
 
 
 def _named_policies(path: Path) -> set[str]:
@@ -305,18 +333,20 @@ def _named_policies(path: Path) -> set[str]:
 
 
 def without_columns(results: Sequence[Result]) -> tuple[list[Result], dict[str, int], dict[str, NDArray[Any]]]:
-    """Rows without what tables hold of them; the decimals of columns; and the tables by number."""
+    """Rows without what arrays hold of them; the decimals of columns; and the arrays by name."""
     found = [_arrays(row["columns"]) for row in results]
     decimals = _decimals(found)
-    tables: dict[str, NDArray[Any]] = {}
+    forms = [tuple((name, array.dtype.kind, array.shape) for name, array in arrays.items()) for arrays in found]
+    groups = list(dict.fromkeys(forms))
+    tables = {GROUPS: np.array([groups.index(form) for form in forms], dtype=np.uint16)}
+    for group, columns in enumerate(groups):
+        members = [arrays for arrays, form in zip(found, forms, strict=True) if form == columns]
+        for name, *_ in columns:
+            whole = np.stack([arrays[name] for arrays in members])
+            tables[f"{group} {name}"] = _stored(whole, decimals.get(name))
     rows: list[Result] = []
-    for number, (row, arrays) in enumerate(zip(results, found, strict=True)):
-        stored = {name: _stored(array, decimals.get(name)) for name, array in arrays.items()}
-        fields = [(name, array.dtype, array.shape[1:]) for name, array in stored.items()]
-        tables[str(number)] = table = np.empty(len(next(iter(stored.values()), ())), dtype=fields)
-        for name, array in stored.items():
-            table[name] = array
-        rest = {name: value for name, value in row["columns"].items() if name not in stored}
+    for row, arrays in zip(results, found, strict=True):
+        rest = {name: value for name, value in row["columns"].items() if name not in arrays}
         rows.append({**row, "columns": rest})
     return rows, decimals, tables
 
@@ -376,10 +406,3 @@ def _stored(array: NDArray[Any], decimals: int | None) -> NDArray[Any]:
     low, high = units.min(), units.max()
     kind = next(k for k in (np.int8, np.int16, np.int32, np.int64) if np.iinfo(k).min < low and high <= np.iinfo(k).max)
     return np.where(is_missing, np.iinfo(kind).min, units).astype(kind)
-
-
-def archive_of(arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    """Arrays as the content of a file .npz."""
-    file = io.BytesIO()
-    np.savez_compressed(file, **cast("dict[str, Any]", dict(arrays)))
-    return file.getvalue()

@@ -26,8 +26,6 @@ PRACTISING: Final = "PnTRelease-v0"
 """Environment of practice: without the landings of a camera, which tell a learner nothing in a cell that stays."""
 ROWS: Final = 16
 """Cells side by side in practice."""
-WINDOWS: Final = (0, 5, 10, 20)
-"""Throws of a shift that are over before the counting begins."""
 
 
 def shifts(settings: Settings, amount: Amount) -> Iterator[Figures]:
@@ -39,7 +37,8 @@ def shifts(settings: Settings, amount: Amount) -> Iterator[Figures]:
     Args:
         settings: `level`, with a section `cells`; `block`, which tells apart draws of cells; `controllers` by label,
             each with the name of a `controller` and perhaps a file to `load`; `practised`, the names of learners by
-            label, and their `practice` in throws; `least` and `most`, the labels between which shares are counted.
+            label, and their `practice` in throws; `least` and `most`, the labels between which shares are counted;
+            `windows`, the throws of a shift that are over before the counting begins.
         amount: shifts, each in a cell of its own.
     """
     seed = stream_seed("evaluate", amount.seed, settings["block"])
@@ -57,17 +56,23 @@ def shifts(settings: Settings, amount: Amount) -> Iterator[Figures]:
             for label, controller in controllers.items()
         }
     for label, counted in judged.items():
-        for window in WINDOWS:
+        for window in settings["windows"]:
             cells_from, least, most = (
                 part[window:].sum(axis=0) for part in (counted, judged[settings["least"]], judged[settings["most"]])
             )
             yield {
                 "controller": label,
                 "window": window,
-                "cells": np.round(cells_from, 4).tolist(),
-                "least": np.round(least[:, :2], 4).tolist(),
-                "most": np.round(most[:, :2], 4).tolist(),
+                "cells": _numbers(cells_from),
+                "least": _numbers(least[:, :2]),
+                "most": _numbers(most[:, :2]),
             }
+
+
+def _numbers(counted: Floats) -> list[list[float]]:
+    """Numbers of cells for a file: four decimals, and none where a number is whole."""
+    rows = np.round(counted, 4).tolist()
+    return [[int(value) if value.is_integer() else value for value in row] for row in rows]
 
 
 def _controller(entry: Settings, env: Env) -> Controller:

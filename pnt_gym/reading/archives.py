@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import lzma
 import re
 import zlib
 from collections.abc import Callable, Generator
@@ -26,6 +27,7 @@ MOST_PARTS: Final = 10_000
 _BROKEN: Final = (
     BadZipFile,  # no directory, or a part whose sum does not fit
     zlib.error,  # a part that is damaged
+    lzma.LZMAError,  # the same, compressed otherwise
     EOFError,  # a part that ends too early
     NotImplementedError,  # a kind of compression that Python lacks
     RuntimeError,  # an encrypted part

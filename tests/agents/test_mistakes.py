@@ -15,7 +15,7 @@ from agents.ground.places import POLICY
 from benchmarks.kill_trials.commands import LEARNER
 from pnt_gym.errors import PhysicsError
 from pnt_gym.reading import yaml_text
-from tests.tools.commands import answered, refused
+from tests.tools.commands import answered, output_of, refused
 from tests.tools.toy_cell import ToyVectorEnv
 
 START = ("--env", "ToyThrow-v0", "--steps", "8", "--num-envs", "4", "--eval-picks", "0", "--out", "run")
@@ -30,6 +30,14 @@ YAML = {
     "text": ("nothing", ""),
     "empty": ("", ""),
 }
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run folder with a model; the policies that ship are without theirs."""
+    place = tmp_path_factory.mktemp("trained")
+    output_of("train --env PnTRelease-v0 --level waste --fidelity flight --steps 32 --eval-picks 0 --out run", place)
+    return place / "run"
 
 
 @pytest.mark.parametrize("name", YAML)
@@ -103,8 +111,8 @@ def test_a_failed_start_does_not_block_the_next(desk: Path) -> None:
 
 
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.5, 0.9, 0.9999])
-def test_a_torn_model(desk: Path, share: float) -> None:
-    shutil.copytree(POLICY, desk / "kept")
+def test_a_torn_model(trained: Path, desk: Path, share: float) -> None:
+    shutil.copytree(trained, desk / "kept")
     for name in ("model.zip", "policy.npz"):  # the second is torn while the first is torn already
         file = desk / "kept" / name
         file.write_bytes(file.read_bytes()[: int(share * file.stat().st_size)])
@@ -113,8 +121,8 @@ def test_a_torn_model(desk: Path, share: float) -> None:
     assert sorted(path.name for path in desk.iterdir()) == ["kept"]
 
 
-def test_a_policy_that_is_not_its_models(desk: Path) -> None:
-    shutil.copytree(POLICY, desk / "kept")
+def test_a_policy_that_is_not_its_models(trained: Path, desk: Path) -> None:
+    shutil.copytree(trained, desk / "kept")
     file = desk / "kept" / "policy.npz"
     with np.load(file) as parts:
         found = {name: parts[name] for name in parts.files}
@@ -122,8 +130,8 @@ def test_a_policy_that_is_not_its_models(desk: Path) -> None:
     assert "policy.npz and model.zip are from different moments" in refused("agents.publish", "kept", "--to", ".")
 
 
-def test_a_run_of_before_there_were_policies(desk: Path) -> None:
-    shutil.copytree(POLICY, desk / "kept")
+def test_a_run_of_before_there_were_policies(trained: Path, desk: Path) -> None:
+    shutil.copytree(trained, desk / "kept")
     (desk / "kept" / "policy.npz").unlink()
     said = "policy.npz is missing; before 0.2.0 none was written: its model.zip can be used with --trust"
     for command in (

@@ -82,7 +82,7 @@ play --picture x.png --at inf | --at is inf s; it must be finite and not negativ
 play --video a.mp4 --picture x.png | give one of --video FILE.mp4, --picture FILE.png and --viewe
 play --picture x.png --picks 2 | --picks goes with --video, and has no effect here
 play --picture x.png --env ToyThrow-v0 | environment 'ToyThrow-v0' has no pictures: its core, a ToyCore, has no method
-publish policy --env ToyThrow-v0 | environment 'ToyThrow-v0' has no pictures: its core, a ToyCore, has no method
+publish policy --no-model --env ToyThrow-v0 | environment 'ToyThrow-v0' has no pictures: its core, a ToyCore
 publish policy --shifts 3 | --shifts goes with work shifts; PnTRelease-v0 is judged by throws
 publish policy --to file | cannot write 'file/PnTRelease-v0-waste-sac-seed0/README.md': Not a directory
 dataset --expert oracle --practice 5 | --practice has no effect: oracle and random learn nothing that could be sent to

@@ -5,6 +5,7 @@ import re
 import pytest
 from matplotlib.figure import Figure
 
+from agents.ground import drawings
 from agents.ground.places import SHIPPED as ROOT
 from agents.report import __main__, page, room
 from agents.report.blocks import fill, makers_from
@@ -19,6 +20,7 @@ def chapters():
     """Chapters without their drawings, which the tests of the report look at."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", lambda *_, **__: None)
+        patch.setattr(drawings, "small_svg", str)
         return __main__.read(RESULTS)
 
 

@@ -20,8 +20,10 @@ from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
 from agents.report.blocks import fill, makers_from
 from agents.report.tables import sorting_table
+from agents.results import compare
 from agents.results import plan as plans
 from agents.results.compare import assemble
+from agents.results.content import read_form
 from agents.results.plan import Plan, needs, pieces, read_plan
 from benchmarks.kill_trials.commands import LEARNER
 from tests.tools.benchmark import carried_out, toy_plan, write
@@ -66,7 +68,15 @@ def test_intervals_hold_the_difference_and_the_learner_wins(done: dict[str, Any]
         assert found["landing_error_m"]["value"] == pytest.approx(expected, abs=1e-6)
         assert found["landing_error_m"]["high"] < 0
         assert found["sorted_per_min"]["value"] == pytest.approx(mine["sorted_per_min"] - other["sorted_per_min"])
-        assert [s["seed"] for s in found["by_seed"]] == [0, 1]
+
+
+def test_what_an_earlier_version_showed_besides_is_no_contradiction(done: dict[str, Any], tmp_path: Path) -> None:
+    former = [{**found, "by_seed": [{"seed": 0}]} for found in done["comparisons"]]
+    write(tmp_path / "former.json", {**done, "comparisons": former})
+    assert compare.check(read_form(tmp_path / "former.json")).data["comparisons"] == former
+    write(tmp_path / "more.json", {**done, "comparisons": [{**found, "by_chance": 1.0} for found in former]})
+    with pytest.raises(UsageError, match=r"comparisons\.0\.by_chance is no figure of theirs"):
+        compare.check(read_form(tmp_path / "more.json"))
 
 
 def test_floor_multiples(done: dict[str, Any]) -> None:

@@ -152,7 +152,6 @@ def test_pairs_are_shifts_that_both_have_worked(done: dict[str, Any]) -> None:
     assert beam["value"] == pytest.approx((value["beam"] - value["fifo"][:3]).mean())
     assert ppo["value"] == pytest.approx((value["ppo"] - value["fifo"]).mean())
     assert ppo["low"] <= ppo["value"] <= ppo["high"]
-    assert [one["seed"] for one in found["ppo"]["by_seed"]] == [0, 1]
     assert {c["level"] for c in done["comparisons"]} == {"one.yaml"}
 
 
@@ -173,7 +172,6 @@ def test_a_summary_by_hand() -> None:
     assert (found["value_per_min"], found["value_per_min_by_seed"]) == (30.0, [20.0, 40.0])
     assert found["by_shift"]["value_per_min"] == [15.0, 45.0]
     assert found["recovery"] == pytest.approx(0.3)
-    assert found["by_shift"]["recovery"] == [pytest.approx(0.3), None]
     assert found["utilisation"] == [0.5]
     assert (found["pick_rate"], found["success_rate"], found["invalid_actions"]) == (0.8, 0.6, 2)
     assert (found["ms_per_decision"], found["learn_seconds"], found["shifts"]) == (1.0, 1.0, 2)

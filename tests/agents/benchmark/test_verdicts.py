@@ -88,4 +88,4 @@ def test_columns_of_any_kind_are_as_they_were() -> None:
     assert with_columns(Path("file.json"), heads, tables, decimals) == rows
     assert decimals == {"error_m": 5, "by_robot": 1, "count": 1, "none": 0}
     assert {name: head for name, head in heads[1]["columns"].items()} == {"total": 4, "names": ["a"]}
-    assert tables["0"].dtype["error_m"] == np.int32
+    assert tables["0 error_m"].dtype == np.int32 and tables["groups"].tolist() == [0, 1, 2, 3]

@@ -366,6 +366,39 @@ def test_tables_of_another_form_are_refused(data: dict[str, Any], tables: list[A
     assert words in refused("agents.benchmark.verify", FILE)
 
 
+def test_tables_of_an_earlier_version_are_read(data: dict[str, Any]) -> None:
+    """Each row had a table of its own, with a field for each column."""
+    write(FILE, data)
+    kept = dict(np.load("file/rows.npz"))
+    members: dict[int, int] = {}
+    former: dict[str, Any] = {}
+    for row, group in enumerate(kept.pop("groups").tolist()):
+        place = members[group] = members.get(group, -1) + 1
+        columns = {key.split(" ", 1)[1]: stack[place] for key, stack in kept.items() if key.startswith(f"{group} ")}
+        former[str(row)] = np.rec.fromarrays([*columns.values()], names=[*columns])
+    np.savez("file/rows.npz", **former)
+    assert read_form(FILE).data["results"] == data["results"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"groups": np.zeros(9, np.uint16)}, "must name the group of each of the 10 rows"),
+        ({"groups": np.zeros(ROWS)}, "must name the group of each of the 10 rows"),
+        ({"0 item": np.zeros((9, 24), np.int8)}, "'0 item' does not hold 10 rows"),
+        ({"0 item": np.zeros(ROWS, np.int8)}, "'0 item' does not hold 10 rows"),
+        ({"0": np.zeros((ROWS, 24), np.int8)}, "'0' does not hold 10 rows"),
+        ({"7 item": np.zeros((ROWS, 24), np.int8)}, "'7 item' does not hold 0 rows"),
+        ({"x item": np.zeros((ROWS, 24), np.int8)}, "which does not belong there"),
+    ],
+)
+def test_columns_of_other_rows_are_refused(data: dict[str, Any], changes: dict[str, Any], words: str) -> None:
+    write(FILE, data)
+    kept = dict(np.load("file/rows.npz"))
+    np.savez("file/rows.npz", **{**kept, **changes})
+    assert words in refused("agents.benchmark.verify", FILE)
+
+
 def test_more_values_than_memory_holds_are_refused(data: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(content, "MOST_VALUES", 1000)
     write(FILE, data)

@@ -105,7 +105,7 @@ def test_standard_output_holds_the_data_and_nothing_else(place: str, tmp_path: P
 
 def test_no_command_writes_where_its_user_points_in_another_way() -> None:
     """Other writers replace links, which is right in run folders alone."""
-    writers = {"write_text", "write_bytes", "write_json", "replace_file", "savez", "rename"}
+    writers = {"write_text", "write_bytes", "write_json", "replace_file", "savez", "save_arrays", "rename"}
     for file in sorted((SHIPPED / "agents").rglob("*.py")):
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in writers:

@@ -13,7 +13,7 @@ from tests.tools.commands import output_of
 
 COMMANDS = {
     "evaluate": "evaluate --controller run --picks 8",
-    "publish": "publish run --to kept --picks 8 --levels waste unseen --no-video",
+    "publish": "publish run --to kept --picks 8 --levels waste unseen --no-video --no-model",
 }
 
 

@@ -119,7 +119,7 @@ def test_a_folder_is_published_in_full_or_not_at_all(
 def test_a_graph_that_is_not_the_whole_policy_is_not_written(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changes: dict[str, str], said: str
 ) -> None:
-    monkeypatch.setattr(publish, "check_model", lambda folder: None)
+    monkeypatch.setattr(publish, "check_model", lambda _, is_copied: None)
     RunFolder(run).write({**RunFolder(run).arguments, **changes})
     with pytest.raises(UsageError, match=f"{said}; give --no-onnx"):
         publish.main(Arguments(run, to=tmp_path / "kept", picks=4, video=False))
@@ -131,8 +131,9 @@ def test_a_policy_with_a_memory_is_published_without_its_graph(tmp_path: Path) -
     (tmp_path / "brief.yaml").write_text(yaml.safe_dump(level))
     what = "--env PnTAdapt-v0 --level brief.yaml --algo recurrent_ppo --over ema"
     output_of(f"train {what} --num-envs 2 --steps 4 --eval-picks 0 --out run", tmp_path)
-    publish.main(Arguments(tmp_path / "run", to=tmp_path / "kept", picks=8, video=False, onnx=False))
+    publish.main(Arguments(tmp_path / "run", to=tmp_path / "kept", picks=8, video=False, onnx=False, model=False))
     (copy,) = (tmp_path / "kept").iterdir()
+    assert not (copy / "model.zip").exists() and "model.zip" not in (copy / "README.md").read_text()
     assert "Its action is added to that of `ema`." in (copy / "README.md").read_text()
     figures = [evaluate(str(folder), "PnTAdapt-v0", 8, level=level) for folder in (tmp_path / "run", copy)]
     assert figures[0] | {"controller": ""} == figures[1] | {"controller": ""}
