@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Finite, Positive, Section
-from pnt_gym.cells.base.look import SceneLook, light
+from pnt_gym.cells.base.look import SceneLook, add_shape, light
 from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.engine import MjData, MjModel, has_display, mujoco
 from pnt_gym.errors import ConfigError
@@ -99,9 +99,9 @@ class Marker:
         columns = model.geom_type, model.geom_size, data.geom_xpos, data.geom_xmat, model.geom_rgba
         return [cls(int(kind), *rest) for kind, *rest in zip(*(np.array(column) for column in columns), strict=True)]
 
-    def write(self, geom: Any) -> None:
-        """Write this shape into one of MuJoCo's abstract geoms."""
-        mujoco.mjv_initGeom(geom, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
+    def add(self, scene: Any) -> None:
+        """Add this shape to a scene, if there is room for it."""
+        add_shape(scene, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
 
 
 @final
@@ -145,10 +145,7 @@ class Canvas:
             renderer.update_scene(data, self.camera)
             scene, own = renderer.scene, int(renderer.scene.ngeom)
             for marker in markers:
-                # Add the shape to a scene, if the scene has room for another shape.
-                if scene.ngeom < scene.maxgeom:
-                    marker.write(scene.geoms[scene.ngeom])
-                    scene.ngeom += 1
+                marker.add(scene)
             self._look.dress(scene, model, own)
             with renderer._gl_context.as_current():  # current for this picture only: other threads draw, too
                 if self._look.move_belt(model, data):

@@ -64,6 +64,15 @@ def style(name: str, shape: str) -> Finish:
     return STYLES[max(found, key=lambda key: (key == name, len(key)))] if found else BY_SHAPE[shape]
 
 
+def add_shape(scene: Any, kind: int, *shape: Any) -> None:
+    """Add a shape of no model to a scene, by type, extents, position, frame and colour, if there is room for it."""
+    if scene.ngeom < scene.maxgeom:
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(geom, kind, *shape)
+        geom.objid, geom.objtype = -1, int(mujoco.mjtObj.mjOBJ_UNKNOWN)  # MuJoCo leaves here what was there before
+        scene.ngeom += 1
+
+
 @final
 class SceneLook:
     """Textures and shapes for pictures of one model, and how the model's geoms look.
@@ -113,9 +122,7 @@ class SceneLook:
                 finish = style(self._items[kind] if kind < len(self._items) else "", shape)
             self._finish(geom, finish or PLAIN)
         for rim in rims:
-            if scene.ngeom < scene.maxgeom:
-                mujoco.mjv_initGeom(scene.geoms[scene.ngeom], _BOX, *rim)
-                scene.ngeom += 1
+            add_shape(scene, _BOX, *rim)
 
     def move_belt(self, model: MjModel, data: MjData) -> bool:
         """Shift the belt's texture to where the belt is by now; False if nothing moves."""

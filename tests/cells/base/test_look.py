@@ -6,7 +6,7 @@ import pytest
 
 from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.base.items import SHAPES
-from pnt_gym.cells.base.look import PERIODS, SceneLook, style
+from pnt_gym.cells.base.look import PERIODS, SceneLook, add_shape, style
 from pnt_gym.cells.base.solids import SOLIDS
 from pnt_gym.cells.base.textures import SIDE, TEXTURES
 from pnt_gym.cells.base.view import ThrowView
@@ -92,6 +92,16 @@ def test_a_look_has_nothing_that_moves(core):
     assert look.model.nv == 0
     assert look.model.nmesh == len(SOLIDS)
     assert core.cell.plant.recording.model.nmesh == core.cell.plant.recording.model.ntex - 1 == 0
+
+
+def test_a_shape_of_no_model_forgets_what_stood_in_its_place():
+    scene = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 1)
+    scene.geoms[0].objid, scene.geoms[0].objtype = 7, int(mujoco.mjtObj.mjOBJ_GEOM)
+    shape = np.ones(3), np.zeros(3), np.eye(3).ravel(), np.ones(4, dtype=np.float32)
+    for _ in range(2):  # there is room for one
+        add_shape(scene, int(mujoco.mjtGeom.mjGEOM_BOX), *shape)
+    assert scene.ngeom == 1
+    assert (scene.geoms[0].objid, scene.geoms[0].objtype) == (-1, int(mujoco.mjtObj.mjOBJ_UNKNOWN))
 
 
 @pytest.mark.usefixtures("opengl")
