@@ -16,6 +16,7 @@ from mujoco.studio.dear_imgui import dear_imgui as imgui
 
 from pnt_gym.arrays import concatenate_records
 from pnt_gym.cells.base.canvas import Frame, Marker
+from pnt_gym.cells.base.look import write_shape
 from pnt_gym.cells.base.view import Scene, ThrowView
 from pnt_gym.engine import mujoco
 from pnt_gym.errors import PntGymError
@@ -263,7 +264,7 @@ def _draw(picture: Frame) -> None:
 
 def _make(marker: Marker) -> Any:
     geom = mujoco.MjvGeom()
-    marker.write(geom)
+    write_shape(geom, *marker.shape)
     return geom
 
 

@@ -99,9 +99,10 @@ class Marker:
         columns = model.geom_type, model.geom_size, data.geom_xpos, data.geom_xmat, model.geom_rgba
         return [cls(int(kind), *rest) for kind, *rest in zip(*(np.array(column) for column in columns), strict=True)]
 
-    def add(self, scene: Any) -> None:
-        """Add this shape to a scene, if there is room for it."""
-        add_shape(scene, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
+    @property
+    def shape(self) -> tuple[Any, ...]:
+        """What `write_shape` and `add_shape` take."""
+        return self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32)
 
 
 @final
@@ -145,7 +146,7 @@ class Canvas:
             renderer.update_scene(data, self.camera)
             scene, own = renderer.scene, int(renderer.scene.ngeom)
             for marker in markers:
-                marker.add(scene)
+                add_shape(scene, *marker.shape)
             self._look.dress(scene, model, own)
             with renderer._gl_context.as_current():  # current for this picture only: other threads draw, too
                 if self._look.move_belt(model, data):

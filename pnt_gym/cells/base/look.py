@@ -64,12 +64,16 @@ def style(name: str, shape: str) -> Finish:
     return STYLES[max(found, key=lambda key: (key == name, len(key)))] if found else BY_SHAPE[shape]
 
 
+def write_shape(geom: Any, kind: int, *shape: Any) -> None:
+    """Make one of MuJoCo's abstract geoms a shape of no model, by type, extents, position, frame and colour."""
+    mujoco.mjv_initGeom(geom, kind, *shape)
+    geom.objid, geom.objtype = -1, int(mujoco.mjtObj.mjOBJ_UNKNOWN)  # MuJoCo leaves here what was there before
+
+
 def add_shape(scene: Any, kind: int, *shape: Any) -> None:
-    """Add a shape of no model to a scene, by type, extents, position, frame and colour, if there is room for it."""
+    """Add a shape of no model to a scene, if there is room for it."""
     if scene.ngeom < scene.maxgeom:
-        geom = scene.geoms[scene.ngeom]
-        mujoco.mjv_initGeom(geom, kind, *shape)
-        geom.objid, geom.objtype = -1, int(mujoco.mjtObj.mjOBJ_UNKNOWN)  # MuJoCo leaves here what was there before
+        write_shape(scene.geoms[scene.ngeom], kind, *shape)
         scene.ngeom += 1
 
 
