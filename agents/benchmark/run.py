@@ -28,7 +28,7 @@ from ..ground.work import Job
 from ..judging.trial import Trial
 from ..judging.trials import open_trial
 from ..learning.runs import POLICY, RunFolder
-from ..results import content, entries
+from ..results import columns, content, entries
 from ..results.entries import TRAINED, settings_of
 from ..results.plan import Piece, entry_controller
 
@@ -71,7 +71,7 @@ class Part(NamedTuple):
 
     def pack(self) -> bytes:
         """Content of a file that keeps the part until a result is written."""
-        rows, decimals, tables = content.without_columns(self.results)
+        rows, decimals, tables = columns.without_columns(self.results)
         head = {"seconds": self.seconds, "decimals": decimals, "results": rows}
         files = {f"{content.POLICY} {name}": text for name, text in self.policies.items()}
         files["head"] = json_text(head).encode()
@@ -84,12 +84,12 @@ class Part(NamedTuple):
         Raises:
             UsageError: the file is missing or damaged.
         """
-        arrays = content.arrays(file, rf"head|{content.TABLES}|{content.POLICY} .*")
+        arrays = content.arrays(file, rf"head|{columns.TABLES}|{content.POLICY} .*")
         with check_form(file):
             head = json.loads(arrays.pop("head").tobytes())
             names = [name for name in arrays if name.startswith(content.POLICY)]
             policies = {name.removeprefix(f"{content.POLICY} "): arrays.pop(name).tobytes() for name in names}
-            return cls(content.with_columns(file, head["results"], arrays, head["decimals"]), policies, head["seconds"])
+            return cls(columns.with_columns(file, head["results"], arrays, head["decimals"]), policies, head["seconds"])
 
 
 def jobs(planned: Iterable[Piece]) -> list[Job]:

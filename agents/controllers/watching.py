@@ -118,9 +118,11 @@ class Watcher:
         self._events = events.replace(tried=tried, held=held, surprise=surprise)
         if self._attention is not None and self.attends:
             self._keep_tries(rows, place + self.memory.error(rows), read)
+            for row in map(int, rows[~held[rows]]):  # a held object is not tried again
+                self._foretell(row)
 
     def _keep_tries(self, rows: Ints, places: Floats, read: Floats) -> None:
-        """Keep tries at expected places (K, 2) [m] with labels (K,) that were read, and foretell the objects anew."""
+        """Keep tries at expected places (K, 2) [m] with labels (K,) that were read."""
         line = pixel_places()
         for row, place, label in zip(map(int, rows), places, read, strict=True):
             pixels, inputs = self._places[row]
@@ -128,7 +130,6 @@ class Watcher:
             nearest = int(away.argmin()) if len(away) > 0 else -1
             if nearest >= 0 and away[nearest] < PIXEL:
                 self._tries.add(row, inputs[nearest], label - inputs[nearest, LABEL])
-                self._foretell(row)
 
     def _foretell(self, row: int) -> None:
         """Foretell the labels of the present object of a row, by earlier tries."""
@@ -161,10 +162,11 @@ class Watcher:
         features = place_features(observation.image[rows], values["cup_radius"][rows])
         self._events.put(rows, Event.of(len(rows)))
         self._looks[rows] = looks({name: value[rows] for name, value in values.items()}, features)
-        self._maps[rows] = self._foretold.maps(features)
+        label = self._foretold.predict(features.values)
+        self._maps[rows] = features.maps(label, 0.0)
         self._radius[rows] = values["cup_radius"][rows]
         if self._attention is not None:
-            inputs = place_inputs(features, self._foretold.predict(features.values), self._looks[rows])
+            inputs = place_inputs(features, label, self._looks[rows])
             for k, row in enumerate(map(int, rows)):
                 own = features.picture == k
                 self._places[row] = features.pixel[own], inputs[own]

@@ -116,8 +116,8 @@ def show_tries(level: GraspConfig, foretold: Foretold, count: int, seed: int) ->
         score[1] += label / TEMPERATURE
         begin = np.searchsorted(features.picture, np.arange(features.pictures))
         large = np.bincount(features.picture, minlength=features.pictures) >= PLACES
-        best = [np.lexsort((-one, features.picture)) for one in score]
-        rows = np.concatenate([order[begin[large, None] + np.arange(PLACES // 2)] for order in best], axis=1)
+        best = begin[large, None] + np.arange(PLACES // 2)
+        rows = np.concatenate([features.ranked_rows(one)[best] for one in score], axis=1)
         inputs = place_inputs(features, label, _looks(scenes, features))[rows].astype(np.float32)
         places = np.zeros((features.pictures, PLACES, 2))
         places[large] = features.places()[rows]

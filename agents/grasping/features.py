@@ -60,9 +60,13 @@ class PlaceFeatures(NamedTuple):
         is_apart |= (np.bincount(self.picture[is_apart], minlength=self.pictures) == 0)[self.picture]
         return PlaceFeatures(self.picture[is_apart], self.pixel[is_apart], self.values[is_apart], self.pictures)
 
+    def ranked_rows(self, score: Floats) -> Ints:
+        """Rows (T,), those of each picture together, by falling score (T,)."""
+        return np.lexsort((-score, self.picture))
+
     def best_rows(self, score: Floats) -> Ints:
         """Rows of the highest score (T,) in each picture that has places, in the order of the pictures."""
-        order = np.lexsort((-score, self.picture))
+        order = self.ranked_rows(score)
         first = np.flatnonzero(
             np.diff(self.picture, prepend=-1)
         )  # the pictures ascend, so their rows keep their places

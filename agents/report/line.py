@@ -97,12 +97,7 @@ def seeds_table(data: Data) -> Grid:
         for row in last.values():
             ends = sorted(by_seed(data, row), key=np.mean)
             low, high = ends[0].mean(), ends[-1].mean()
-            against = [
-                "-"
-                if reference is None  # with the name of the reference where the header does not say it
-                else (f"`{reference['label']}` " if named else "") + gain(ends[0], value(reference))
-                for reference, named in references
-            ]
+            against = [_against(ends[0], reference, named) for reference, named in references]
             value_text = f"{row['value_per_min']:.1f} ({low:.1f}..{high:.1f})"
             rows.append([f"`{level}`", f"`{name_of(row)}`", str(len(ends)), value_text, *against])
     header = ["level", "learner", "seeds", "value/min, mean (worst..best seed)"]
@@ -113,6 +108,13 @@ def seeds_table(data: Data) -> Grid:
         rows,
         "Gains on the same shifts, with 95 % intervals; *worst seed*: the seed of the learning with the least value.",
     )
+
+
+def _against(values: Floats, reference: Data | None, named: bool) -> str:
+    """Gain over another controller, with the name of that controller where the header does not say it."""
+    if reference is None:
+        return "-"
+    return (f"`{reference['label']}` " if named else "") + gain(values, value(reference))
 
 
 def _figures(data: Data, level: str) -> Grid:

@@ -47,8 +47,8 @@ def judged(settings: Settings, amount: Amount) -> Figures:
             `holds`, the same settings of these controllers, the last one an oracle of holds alone.
         amount: picks of each learner.
     """
-    judged = (settings, *(settings[name] for name in ("reference", "oracle", "holds")))
-    shifts, late = [_shifts_of(one, settings["level"], amount) for one in judged], settings["first"]
+    four = (settings, *(settings[name] for name in ("reference", "oracle", "holds")))
+    shifts, late = [_shifts_of(one, settings["level"], amount) for one in four], settings["first"]
     own = shifts[0]
     sums, from_least, from_most, from_holds = (one.sums(late) for one in shifts)
     return {

@@ -38,7 +38,7 @@ def test_the_release_state_is_moved_by_raw_amounts():
     plans, clipped = core.plan(-0.1 * np.eye(3))
     assert not clipped.any()
     moved = plans.u[:, :3] - before[:, :3]
-    np.testing.assert_allclose(moved, -0.1 * np.diag(core.config.action.scale("release_state")), atol=1e-12)
+    np.testing.assert_allclose(moved, -0.1 * np.diag(core.config.action.release_scale()), atol=1e-12)
 
 
 def test_an_assembly_goes_on_after_its_first_part_and_is_over_after_the_second():

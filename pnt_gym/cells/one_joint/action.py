@@ -34,14 +34,14 @@ MODES: Final = by_name(
     ActionMode[ThrowPlanner, Context, ThrowPlans](
         "virtual_goal",
         ("goal along x", "goal up", "angle of the goal", "vertical speed of the goal"),
-        lambda config: config.action.scale("virtual_goal"),
+        lambda config: config.action.goal_scale(),
         lambda planner, context, residual: planner.plan(context.goal + residual, context.part),
         ERRORS,
     ),
     ActionMode[ThrowPlanner, Context, ThrowPlans](
         "release_state",
         ("angle of the arm at the release", "its speed there", "radius of the object on the arm"),
-        lambda config: config.action.scale("release_state"),
+        lambda config: config.action.release_scale(),
         # The planned flight time does not change the arm's motion; it stays in `u` as the expected time of arrival.
         lambda planner, context, residual: planner.plan_releases(
             context.plans.u + pad_residual(residual, 4), context.part

@@ -227,14 +227,12 @@ class Action(Section):
     )
     release_radius: Positive = Field(default=0.03, description="Change of the object's radius, for an action of 1 [m].")
 
-    def scale(self, mode: Literal["virtual_goal", "release_state"]) -> Floats:
-        """Offset for an action of 1.
+    def goal_scale(self) -> Floats:
+        """Offset of x, y [m], phi [rad] and dy [m/s] for an action of 1 (4,)."""
+        return np.array([self.position, self.position, np.deg2rad(self.angle_deg), self.speed])
 
-        That is, of the goal's x, y [m], phi [rad] and dy [m/s] (4,), or of the release's theta_t [rad], dtheta_t
-        [rad/s] and l_t [m] (3,).
-        """
-        if mode == "virtual_goal":
-            return np.array([self.position, self.position, np.deg2rad(self.angle_deg), self.speed])
+    def release_scale(self) -> Floats:
+        """Offset of theta_t [rad], dtheta_t [rad/s] and l_t [m] for an action of 1 (3,)."""
         return np.array([np.deg2rad(self.release_angle_deg), self.release_speed, self.release_radius])
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from agents.benchmark.verify import is_near, judge
-from agents.results.content import with_columns, without_columns
+from agents.results.columns import with_columns, without_columns
 
 ROW: dict[str, Any] = {
     "item": [0, 1] * 100,

@@ -17,7 +17,7 @@ from agents.benchmark import run
 from agents.ground import tables
 from agents.ground.tables import throws_bar
 from agents.ground.work import LimitedWorker, UnfinishedError
-from agents.results import content
+from agents.results import columns
 from agents.results.content import read_form
 from pnt_gym.constants import WORLD
 from tests.tools.benchmark import carried_out, forge, toy_plan, write
@@ -400,7 +400,7 @@ def test_columns_of_other_rows_are_refused(data: dict[str, Any], changes: dict[s
 
 
 def test_more_values_than_memory_holds_are_refused(data: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(content, "MOST_VALUES", 1000)
+    monkeypatch.setattr(columns, "MOST_VALUES", 1000)
     write(FILE, data)
     assert "'file/rows.npz' holds more than 1,000 values" in refused("agents.benchmark.verify", FILE)
 
