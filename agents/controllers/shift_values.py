@@ -23,7 +23,7 @@ from pnt_gym.cells.grasp.observation import LAST, TABLE
 
 from ..grasping.attention import TryNetwork
 from ..grasping.foretelling import networks_foretell
-from ..grasping.memory import MEMORIES, Recalled
+from ..grasping.memory import MEMORIES, MakesMemory, NoMemory, ShiftMemory
 from ..grasping.network import PlaceNetwork
 from ..ground.places import GRASPING, at
 from .grasps import GIVE_UP, PLACE_UNIT, RESIDUAL, observe, pace_action, phases, residual_width, shipped_release
@@ -32,25 +32,27 @@ from .regression import Mlp, OnPolicyRegression
 from .state import load_state
 from .watching import Watcher
 
-FILE: Final = GRASPING.parent / "PnTGrasp-v0-grasp_shift" / "shift_values_0.npz"
+FILE: Final = GRASPING.parent / "PnTGrasp-v0-grasp_shift" / "shift_values.npz"
 """Networks that ship, of simulated shifts with kinds that are drawn with other seeds than the level's."""
+WIDTH: Final = 64
+"""Width of the layers of the networks that value tries and paces."""
+RELEASE_STEPS, RELEASE_DECAY = 8000, 0.01
+"""Gradient steps and weight decay of the network that corrects the release."""
 PACES: Final = 7
 LOWEST, HIGHEST = -1.0, 1.0
 """Values that the networks' outputs 0 and 1 mean."""
 PULLS: Final = (0.0, 5.0, 15.0, 40.0)
 """Pulls towards the middle of what a picture shows, of the places between which a try chooses [1/m]."""
-DOUBT: Final = 0.01
-"""Doubt of the cup's error that counts as 1 [m]."""
 TEMPERATURE: Final = 0.03
 """Of practice: a choice is made with a probability proportional to exp(value / temperature)."""
 EXPLORES: Final = 0.15
 """Share of the choices in practice that are random."""
 SCATTER: Final = (0.03, 0.01)
 """Standard deviations of releases around the expected correction in practice, before the first fit and after it [m]."""
-_TRY_INPUTS: Final = 3 + len(TABLE) + MEMORIES + 1
+_TRY_INPUTS: Final = 3 + len(TABLE) + MEMORIES
 _PACE: Final = len(TABLE)
 """Column of a throw's pace among its features."""
-_THROW_INPUTS: Final = residual_width() + MEMORIES + 3
+_THROW_INPUTS: Final = residual_width() + MEMORIES + 2
 
 
 class Sample(NamedTuple):
@@ -74,6 +76,7 @@ class ShiftValues(Controller):
         core: the cells.
         release: the usual correction, against which landings are remembered; None for the residual that ships.
         file: networks that practice has written; by default those that ship. None: networks that know nothing yet.
+        memory: makes the memory of the shifts, by which the networks have learned.
 
     Raises:
         UsageError: the level has no shifts, or there is no such file.
@@ -82,15 +85,19 @@ class ShiftValues(Controller):
     name = "shift_values"
 
     def __init__(
-        self, core: GraspCore, release: OnPolicyRegression | None = None, file: str | Path | None = FILE
+        self,
+        core: GraspCore,
+        release: OnPolicyRegression | None = None,
+        file: str | Path | None = FILE,
+        memory: MakesMemory = ShiftMemory,
     ) -> None:
         usual = shipped_release(core, self.name) if release is None else release
         self._core, self._config, self._foretold = core, core.config, networks_foretell()
         self._attention = TryNetwork()
-        self._watcher = Watcher(self.name, core, self._foretold, usual, self._attention)
-        self._tries, self._paces = PlaceNetwork(None, _TRY_INPUTS), PlaceNetwork(None, _THROW_INPUTS)
-        self._releases, self._knows_releases = Mlp(), False
-        self._remembers, self._rides, self._fails = True, 0.0, -1.0
+        self._watcher = Watcher(self.name, core, self._foretold, usual, self._attention, memory)
+        self._tries, self._paces = (PlaceNetwork(None, size, WIDTH) for size in (_TRY_INPUTS, _THROW_INPUTS))
+        self._releases, self._knows_releases = Mlp(steps=RELEASE_STEPS, weight_decay=RELEASE_DECAY), False
+        self._rides, self._fails = 0.0, -1.0
         self._practice: Practising | None = None
         if file is not None:
             load_state(self, at(file))
@@ -102,8 +109,7 @@ class ShiftValues(Controller):
     def act(self, observation: Observation) -> Actions:
         """Actions (N, 6): of the grasp where the cup is free, of the throw where the object hangs."""
         self._watcher.notice(observation)
-        recalled = self._watcher.recall()
-        known = self._known(recalled)
+        known = self._watcher.known()
         action = np.zeros((len(observation.kind), 6), dtype=np.float32)
         held, tried = phases(observation, self._config.grasp.tries)
         free, hangs = np.flatnonzero(~held), np.flatnonzero(held)
@@ -113,13 +119,6 @@ class ShiftValues(Controller):
         if hangs.size > 0:
             self._throw(observation, hangs, known, reference, action)
         return action
-
-    def _known(self, recalled: Recalled) -> Floats:
-        """What the memory says of the present objects, as features (N, 10); zeros for a controller without memory."""
-        rows = np.arange(len(recalled.held))
-        if not self._remembers:
-            return np.zeros((len(rows), MEMORIES + 1))
-        return np.column_stack([recalled.columns(), self._watcher.memory.doubt(rows) / DOUBT])
 
     def _grasp(self, observation: Observation, rows: Ints, tried: Floats, known: Floats, action: Actions) -> None:
         """Write the actions of free cups."""
@@ -147,7 +146,7 @@ class ShiftValues(Controller):
         watcher, memory = self._watcher, self._watcher.memory
         foretold = watcher.maps(rows)
         shown = foretold > 0.0
-        weights = memory.weights(rows) if self._remembers else np.tile(memory.first, (len(rows), 1, 1))
+        weights = memory.weights(rows)
         holds, pixels = watcher.holds(foretold, weights), pixel_places()
         error = np.einsum("kij,ijc->kc", weights, memory.offsets)
         middle = np.einsum("kab,abc->kc", shown, pixels) / np.maximum(shown.sum(axis=(1, 2)), 1)[:, None] - error
@@ -191,7 +190,7 @@ class ShiftValues(Controller):
     def _throw_inputs(self, observation: Observation, known: Floats) -> Floats:
         """Features of throws (N, E), with the pace in the middle of its range."""
         action = np.zeros((len(known), 6), dtype=np.float32)
-        part = self._watcher.cup_part(observation) if self._remembers else np.zeros((len(known), 2))
+        part = self._watcher.cup_part(observation)
         features = observe(observation, action, self._config).features.astype(np.float64)
         return np.column_stack([features, known, part / 0.02])
 
@@ -210,11 +209,9 @@ class ShiftValues(Controller):
 
     # Learning
 
-    def begin_shifts(self, seed: int, remembers: bool, gauge: State) -> None:
+    def begin_shifts(self, seed: int, gauge: State) -> None:
         """Begin to explore, with a state of the parts that foretell the gauge."""
-        self._remembers, self._seed = remembers, seed
-        self._practice = Practising(seed)
-        self._watcher.attends = remembers
+        self._seed, self._practice = seed, Practising(seed)
         self._restore(gauge, ("gauge", "attention"))
 
     def end_shifts(self) -> None:
@@ -274,14 +271,15 @@ class ShiftValues(Controller):
     def state(self) -> State:
         """Arrays of all networks, and the values of objects that ride on."""
         arrays = {f"{part} {name}": array for part, one in self._parts.items() for name, array in one.state().items()}
-        return {**arrays, "rides": np.array([self._rides, self._fails, float(self._remembers)])}
+        return {**arrays, "rides": np.array([self._rides, self._fails, float(not self._watcher.forgets)])}
 
     def restore(self, state: State) -> None:
         """Load all networks."""
         self._restore(state, self._parts)
         self._rides, self._fails = float(state["rides"][0]), float(state["rides"][1])
-        self._remembers, self._knows_releases = bool(state["rides"][2] > 0.5), True
-        self._watcher.attends = self._remembers
+        self._knows_releases = True
+        if state["rides"][2] < 0.5:
+            self._watcher.remember_by(NoMemory)
 
     def _restore(self, state: State, parts: Iterable[str]) -> None:
         """Load some parts."""

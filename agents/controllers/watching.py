@@ -20,7 +20,18 @@ from pnt_gym.cells.grasp.observation import LAST, TABLE
 from ..grasping.attention import LABEL, TryMemory, TryNetwork, place_inputs
 from ..grasping.features import blur_maps, place_features
 from ..grasping.foretelling import Foretold, LabelTable, labels
-from ..grasping.memory import LANDS, Event, Recalled, ShiftMemory, around, expected, looks, turned
+from ..grasping.memory import (
+    LANDS,
+    Event,
+    MakesMemory,
+    NoMemory,
+    Recalled,
+    ShiftMemory,
+    around,
+    expected,
+    looks,
+    turned,
+)
 from ..ground.cli import UsageError
 from .grasps import direction_of, observe
 from .protocol import Actions, Observation
@@ -40,6 +51,7 @@ class Watcher:
         foretold: foretells from a picture what the gauge reads.
         usual: correction of releases without memory, against which landings are remembered.
         attention: foretells the gauge from earlier tries of the shift too; None for the picture alone.
+        makes: makes the memory.
 
     Raises:
         UsageError: the level's observations have no last try.
@@ -52,6 +64,7 @@ class Watcher:
         foretold: Foretold,
         usual: OnPolicyRegression,
         attention: TryNetwork | None = None,
+        makes: MakesMemory = ShiftMemory,
     ) -> None:
         config: GraspConfig = core.config
         if not config.remembers or config.surface is None or config.grasp.stages == 1:
@@ -61,10 +74,13 @@ class Watcher:
             )
         self._config, self._foretold, self._usual, self._attention = config, foretold, usual, attention
         self._surface: Surface = config.surface
-        self.attends = True
-        """Whether earlier tries are kept for the attention."""
         self._spread = config.drift.camera.normal * config.mismatch
         self._length = config.picks_per_shift
+        self.remember_by(makes)
+
+    def remember_by(self, makes: MakesMemory) -> None:
+        """Begin anew, with another kind of memory."""
+        self._makes = makes
         self.begin(0)
 
     @property
@@ -74,7 +90,7 @@ class Watcher:
 
     def begin(self, count: int) -> None:
         """Forget everything, for N rows."""
-        self.memory = ShiftMemory(count, self._length, self._spread)
+        self.memory = self._makes(count, self._length, self._spread)
         self._events, self._looks = Event.of(count), np.zeros((count, 8))
         self._number = np.full(count, -1, dtype=np.int64)
         self._maps: NDArray[np.float32] = np.zeros((count, 48, 48), dtype=np.float32)
@@ -116,7 +132,7 @@ class Watcher:
         held, surprise, tried = events.held.copy(), events.surprise.copy(), events.tried.copy()
         tried[rows], held[rows], surprise[rows] = True, last["held"][rows] > 0.5, read - mean
         self._events = events.replace(tried=tried, held=held, surprise=surprise)
-        if self._attention is not None and self.attends:
+        if self._attention is not None and self.memory.attends:
             self._keep_tries(rows, place + self.memory.error(rows), read)
             for row in map(int, rows[~held[rows]]):  # a held object is not tried again
                 self._foretell(row)
@@ -186,6 +202,15 @@ class Watcher:
         holds = expected(blur_maps(self._table.held(foretold)), weights)
         holds[:, np.abs(pixel_places()).max(axis=-1) > self._config.grasp.reach] = 0.0
         return holds
+
+    @property
+    def forgets(self) -> bool:
+        """Whether nothing of a shift is remembered."""
+        return isinstance(self.memory, NoMemory)
+
+    def known(self) -> Floats:
+        """What is known of objects like the present ones, as features (N, `MEMORIES`)."""
+        return self.memory.known(np.arange(len(self._number)), self._looks)
 
     def recall(self) -> Recalled:
         """What is known of objects like the present ones (N,)."""

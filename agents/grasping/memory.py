@@ -6,7 +6,7 @@ earlier objects is a mean with weights by that likeness.
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple, final
+from typing import Any, Final, NamedTuple, Protocol, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,8 @@ LANDS: Final = 0.8
 """Displacement of a landing over the error of the cup, from practice."""
 CHANCE: Final = 0.05
 """Share of tries and landings that say nothing of the cup's error; assumed."""
+DOUBT: Final = 0.01
+"""Doubt of the cup's error that counts as 1 among features [m]."""
 
 
 def turned(x: Floats, y: Floats, direction: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
@@ -80,7 +82,8 @@ class Recalled(NamedTuple):
 
 USUAL: Final = 0.7
 """Chance to be held, and to be hit, of a look of which nothing is known; assumed."""
-MEMORIES: Final = len(Recalled._fields)
+MEMORIES: Final = len(Recalled._fields) + 1
+"""Numbers in which a memory tells what it knows: means over objects of a look, and the doubt of the cup's error."""
 
 
 def looks(values: dict[str, Floats], features: PlaceFeatures) -> Floats:
@@ -99,15 +102,19 @@ def looks(values: dict[str, Floats], features: PlaceFeatures) -> Floats:
     return np.stack([*extents, *shapes, colours[:, 0] / SCALES["gray"], colours[:, 1] / SCALES["warm"]], axis=1)
 
 
-@final
 class ShiftMemory:
     """Memory of N rows, each of the shift in which it is.
+
+    Subclasses remember in other ways.
 
     Args:
         count: number of rows N.
         length: picks of a shift.
         spread: standard deviation of the cup's error before anything is known of it, per axis [m].
     """
+
+    attends = True
+    """Whether the gauge is foretold with attention to the earlier tries."""
 
     def __init__(self, count: int, length: int, spread: float) -> None:
         line = PIXEL * np.arange(-REACH, REACH + 1)
@@ -162,6 +169,10 @@ class ShiftMemory:
             square = ((off[:, 0] - along) / LANDING[0]) ** 2 + ((off[:, 1] - across) / LANDING[1]) ** 2
             self._log[rows[landed]] += np.log(np.exp(-0.5 * square) + CHANCE)
 
+    def known(self, rows: Ints, looks: Floats) -> Floats:
+        """What is known of objects of looks (K, 8) in some rows, as features (K, `MEMORIES`)."""
+        return np.column_stack([self.recall(rows, looks).columns(), self.doubt(rows) / DOUBT])
+
     def recall(self, rows: Ints, looks: Floats) -> Recalled:
         """What is known of objects of looks (K, 8) in some rows."""
         events = self._events
@@ -191,6 +202,31 @@ class ShiftMemory:
             mean(off[:, 0], events.landed, 0.5),
             mean(off[:, 1], events.landed, 0.5),
         )
+
+
+@final
+class NoMemory(ShiftMemory):
+    """Forgets every object at once; the cup's error stays as unknown as before the shift."""
+
+    attends = False
+
+    def watch(self, rows: Ints, likelihood: Floats) -> None:
+        """Learn nothing."""
+
+    def add(self, rows: Ints, looks: Floats, events: Event) -> None:
+        """Keep nothing."""
+
+    def known(self, rows: Ints, looks: Floats) -> Floats:
+        """Zeros (K, `MEMORIES`)."""
+        return np.zeros((len(rows), MEMORIES))
+
+
+class MakesMemory(Protocol):
+    """Makes a memory of shifts."""
+
+    def __call__(self, count: int, length: int, spread: float) -> ShiftMemory:
+        """Make the memory of N rows, see `ShiftMemory`."""
+        ...
 
 
 def around(maps: NDArray[np.float32] | Floats, places: Floats, beside: float) -> Floats:

@@ -36,13 +36,14 @@ class PlaceNetwork:
     Args:
         columns: features that the networks see, as indices into `features.NAMES`; None for all.
         inputs: number of features; None for those of `features.NAMES`.
+        width: width of the hidden layers.
     """
 
     libraries: tuple[str, ...] = ("torch",)
     """Optional libraries by which it fits."""
 
-    def __init__(self, columns: Sequence[int] | None = None, inputs: int | None = None) -> None:
-        self._inputs = len(NAMES) if inputs is None else inputs
+    def __init__(self, columns: Sequence[int] | None = None, inputs: int | None = None, width: int = WIDTH) -> None:
+        self._inputs, self._width = len(NAMES) if inputs is None else inputs, width
         self._columns: Ints = np.arange(self._inputs) if columns is None else np.array(columns, dtype=np.int64)
         self._members: tuple[Layers, ...] = ()
         self._centre, self._scale = np.zeros(0), np.ones(0)
@@ -61,7 +62,7 @@ class PlaceNetwork:
         x = torch.as_tensor((features - self._centre) / self._scale, dtype=torch.float32)
         y = torch.as_tensor(worth, dtype=torch.float32)
         with fit_from(seed):
-            parameters = _train(torch, _parameters(torch, features.shape[1]), x, y, steps)
+            parameters = _train(torch, _parameters(torch, features.shape[1], self._width), x, y, steps)
         arrays = [parameter.detach().numpy().astype(np.float64) for parameter in parameters]
         self._members = tuple(
             tuple(Dense(arrays[k][member].T, arrays[k + 1][member, 0]) for k in (0, 2, 4)) for member in range(MEMBERS)
@@ -123,10 +124,10 @@ class PlaceNetwork:
         return network
 
 
-def _parameters(torch: Any, inputs: int) -> list[Any]:
+def _parameters(torch: Any, inputs: int, width: int) -> list[Any]:
     """Weights (members, in, out) and biases (members, 1, out) of three layers, drawn as torch.nn.Linear draws them."""
     parameters: list[Any] = []
-    for before, after in ((inputs, WIDTH), (WIDTH, WIDTH), (WIDTH, 1)):
+    for before, after in ((inputs, width), (width, width), (width, 1)):
         bound = before**-0.5
         for shape in ((MEMBERS, before, after), (MEMBERS, 1, after)):
             parameters.append(torch.empty(shape).uniform_(-bound, bound).requires_grad_())

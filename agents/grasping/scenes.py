@@ -23,7 +23,7 @@ from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.cells.grasp.drawn import draw_kind
-from pnt_gym.cells.grasp.pictures import PictureMaker
+from pnt_gym.cells.grasp.images import PictureMaker
 from pnt_gym.cells.grasp.rows import Surfaces
 from pnt_gym.cells.grasp.surfaces import (
     TRY,

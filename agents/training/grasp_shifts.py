@@ -18,6 +18,7 @@ from ..controllers.shift_values import ShiftValues
 from ..controllers.state import read, write_state
 from ..grasping.attention import TryNetwork, show_tries
 from ..grasping.foretelling import Foretold, Straight, networks_foretell
+from ..grasping.memory import MakesMemory, NoMemory, ShiftMemory
 from ..ground.cli import UsageError, at_least, check_libraries, option, run
 from ..ground.environments import core_of, make_vector, stream_seed
 from ..ground.fitting import on_one_thread
@@ -32,6 +33,7 @@ RULE_TRIES: Final = 8_000
 """Tries of the linear regression."""
 TRIES: Final = 16_000
 """Tries in a calibrated cell, from which the gauge is foretold; the same for all seeds of the learning."""
+PICKS: Final = 51_200
 ROUNDS: Final = (0.3, 0.6)
 """Shares of the practice after which the networks are fitted; the last fit is after all of it."""
 OBJECTS, SEEDS = 6_400, 12
@@ -39,7 +41,7 @@ OBJECTS, SEEDS = 6_400, 12
 SHOWN: Final = 3000
 """First of these seeds, far from those of the level and of the practice."""
 ATTENTION_STEPS: Final = 20_000
-QUICK_STEPS, STEPS = 400, 1500
+QUICK_STEPS, STEPS = 400, 5000
 """Gradient steps of a fit in practice, and of the last one."""
 KINDS: Final = 1000
 """Seed of the kinds in practice, for seed 0; the level's own seed is far from these."""
@@ -49,7 +51,7 @@ KINDS: Final = 1000
 class Arguments:
     """Practise shifts of grasps whose kinds are drawn with seeds of their own, and write the networks."""
 
-    picks: int = 25_600
+    picks: int = PICKS
     """Picks in all shifts together."""
     seed: int = 0
     """Seed of kinds, shifts, choices and fits."""
@@ -76,7 +78,8 @@ def main(arguments: Arguments) -> None:
         check_libraries("torch")
         former = arguments.gauge
         gauge = practise_attention(networks_foretell(), TRIES, SEEDS) if former is None else read_gauge(former)
-        learned = practise_shifts(arguments.seed, arguments.memory, arguments.picks, gauge)
+        memory = ShiftMemory if arguments.memory else NoMemory
+        learned = practise_shifts(arguments.seed, memory, arguments.picks, gauge)
         name, state = learned.name, learned.state()
     if arguments.out is not None:
         write_state(name, state, arguments.out)
@@ -121,20 +124,20 @@ def practise_attention(foretold: Foretold, tries: int, seeds: int) -> State:
 
 
 @on_one_thread
-def practise_shifts(seed: int, remembers: bool, picks: int, gauge: State) -> ShiftValues:
+def practise_shifts(seed: int, memory: MakesMemory, picks: int, gauge: State) -> ShiftValues:
     """A controller that has practised on shifts with drawn kinds.
 
     Args:
         seed: seed of kinds, shifts, choices and fits.
-        remembers: whether the memory is among the features.
+        memory: makes the memory of the shifts.
         picks: picks in all shifts together.
         gauge: states of what foretells the gauge, see `practise_attention`.
     """
     level = {"base": "grasp_shift", "drawn": {"seed": KINDS + seed}}
     with closing(make_vector(ENV, level, ROWS, 1)) as env:
         core: Any = core_of(env)
-        controller = ShiftValues(core, file=None)
-        controller.begin_shifts(seed, remembers, gauge)
+        controller = ShiftValues(core, file=None, memory=memory)
+        controller.begin_shifts(seed, gauge)
         features, info = env.reset(seed=stream_seed("practice", seed))
         done, due = 0, [round(share * picks) for share in ROUNDS]
         while done < picks:

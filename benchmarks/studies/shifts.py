@@ -15,6 +15,7 @@ from agents.judging import trials
 from agents.judging.evaluation import open_cells
 from agents.judging.throws import Throws
 from agents.results.study import Amount, Figures, Settings
+from benchmarks.studies.shift_learners import practised
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.grasp.config import GraspConfig
 
@@ -42,9 +43,10 @@ def judged(settings: Settings, amount: Amount) -> Figures:
     """What a controller sorts, and how much of the way from a reference to two oracles it goes, shift by shift.
 
     Args:
-        settings: `level`; `controller`, its `options` and `seeds`, the number of learners of which the option `file`
-            names each by `{seed}`; `first`, the object from which late figures count; `reference`, `oracle` and
-            `holds`, the same settings of these controllers, the last one an oracle of holds alone.
+        settings: `level`; `controller`, its `options`; `learned`, the `memory` and `picks` of a learner that practises
+            first, and `seeds`, the number of such learners; `first`, the object from which late figures count;
+            `reference`, `oracle` and `holds`, the same settings of these controllers, the last one an oracle of
+            holds alone.
         amount: picks of each learner.
     """
     four = (settings, *(settings[name] for name in ("reference", "oracle", "holds")))
@@ -64,22 +66,24 @@ def judged(settings: Settings, amount: Amount) -> Figures:
 
 def _shifts_of(settings: Settings, level: Mapping[str, Any], amount: Amount) -> _Shifts:
     """Shifts of a controller, the means of its seeds."""
-    options, runs = dict(settings.get("options", {})), list[_Shifts]()
-    for seed in range(settings.get("seeds", 1)):
-        own = {name: value.format(seed=seed) if name == "file" else value for name, value in options.items()}
-        runs.append(_run(json.dumps(level), settings["controller"], json.dumps(own), amount))
+    told, learned = (json.dumps(one) for one in (level, settings.get("learned")))
+    options, seeds = json.dumps(settings.get("options", {})), range(settings.get("seeds", 1))
+    runs = [_run(told, settings["controller"], options, learned, seed, amount) for seed in seeds]
     info = {name: float(np.mean([run.info[name] for run in runs])) for name in runs[0].info}
     won, spent = (np.mean([getattr(run, name) for run in runs], axis=0) for name in ("sorted", "seconds"))
     return _Shifts(won, spent, info)
 
 
 @cache
-def _run(level: str, controller: str, options: str, amount: Amount) -> _Shifts:
-    """Shifts of a controller; level and options as JSON, which can be remembered."""
-    config = GraspConfig.load(json.loads(level))
+def _run(level: str, controller: str, options: str, learned: str, seed: int, amount: Amount) -> _Shifts:
+    """Shifts of a controller; level, options and learning as JSON, which can be remembered."""
+    config, own, practice = GraspConfig.load(json.loads(level)), json.loads(options), json.loads(learned)
+    state, memory = ({}, {}) if practice is None else practised(seed=seed, **practice)
     with open_cells(ENV, {"level": config, "num_envs": ROWS, "threads": 1}) as cells:
         trial = trials.of(cells)
-        actor = trial.controller(controller, **json.loads(options))
+        actor: Any = trial.controller(controller, **own, **memory)
+        if state:
+            actor.restore(state)
         actor.reset(0)
         record: Any = trial.run(actor, amount.throws, amount.seed)
         throws: Throws = record.throws

@@ -24,8 +24,8 @@ from pnt_gym.cells.grasp.action import MODE, NUMBERS, Wishes
 from pnt_gym.cells.grasp.attempts import Attempts, Grasper, LastTry, tries_left
 from pnt_gym.cells.grasp.config import CHANNELS, PIXELS, GraspConfig
 from pnt_gym.cells.grasp.groups import GroupPicks
+from pnt_gym.cells.grasp.images import PictureMaker
 from pnt_gym.cells.grasp.observation import LAST, GraspSight, Recall, encode, space_of
-from pnt_gym.cells.grasp.pictures import PictureMaker
 from pnt_gym.cells.grasp.shifts import ShiftPicks
 
 Observation = dict[str, NDArray[Any]]

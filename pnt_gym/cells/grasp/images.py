@@ -2,17 +2,41 @@
 
 from __future__ import annotations
 
+from typing import final
+
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, take
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp import image_kernel
-from pnt_gym.cells.grasp.config import PIXEL, PIXELS
+from pnt_gym.cells.grasp.config import PIXEL, PIXELS, GraspConfig
 from pnt_gym.cells.grasp.rows import SurfaceTable
-from pnt_gym.cells.grasp.surfaces import Keys, draw_surfaces
+from pnt_gym.cells.grasp.surfaces import IMAGE, Keys, draw_surfaces, object_keys, outline_errors
 
 Bytes = NDArray[np.uint8]
+
+
+@final
+class PictureMaker:
+    """Draws pictures of objects; a picture is a function of its objects alone.
+
+    Args:
+        config: the cell.
+        table: surfaces of the items.
+    """
+
+    def __init__(self, config: GraspConfig, table: SurfaceTable) -> None:
+        self._config, self._table = config, table
+
+    def draw(self, objects: Objects, middles: Floats) -> Bytes:
+        """Pictures (N, 5, 48, 48) of objects (N, M) whose outlines lie at middles (N, M, 2) [m] from the first's.
+
+        The camera takes the picture's middle for that of the first outline, with an error.
+        """
+        first = take(objects, np.s_[:, 0])
+        places = middles + outline_errors(first, self._config)[:, None]
+        return draw_images(self._table, objects, places, object_keys(first, IMAGE))
 
 
 def draw_images(table: SurfaceTable, objects: Objects, middles: Floats, noise_keys: Keys | None = None) -> Bytes:

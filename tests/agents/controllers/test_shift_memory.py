@@ -1,13 +1,16 @@
 """Controllers with a memory of a shift of grasps."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 
 from agents.controllers import make_controller
+from agents.controllers.protocol import State
 from agents.controllers.state import write_state
 from agents.grasping.foretelling import networks_foretell
+from agents.grasping.memory import NoMemory, ShiftMemory
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import observed, throw_held_out
@@ -62,18 +65,28 @@ def test_levels_without_a_last_try_are_refused(level: Any) -> None:
         make_controller("remembering", env)
 
 
-def test_practice_makes_networks_that_a_file_keeps(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("agents.training.grasp_shifts.OBJECTS", 100)
-    for name in ("STEPS", "QUICK_STEPS", "ATTENTION_STEPS"):
-        monkeypatch.setattr(f"agents.training.grasp_shifts.{name}", 20)
-        monkeypatch.setattr(f"agents.grasping.foretelling.{name}", 20, raising=False)
-    learned = practise_shifts(0, True, 400, practise_attention(networks_foretell(), 400, 1))
+@pytest.fixture(scope="module")
+def quick() -> Iterator[State]:
+    """What foretells the gauge after a very short practice, as all fits are in the tests that ask for it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("agents.training.grasp_shifts.OBJECTS", 100)
+        patch.setattr("agents.controllers.shift_values.RELEASE_STEPS", 20)
+        for name in ("STEPS", "QUICK_STEPS", "ATTENTION_STEPS"):
+            patch.setattr(f"agents.training.grasp_shifts.{name}", 20)
+            patch.setattr(f"agents.grasping.foretelling.{name}", 20, raising=False)
+        yield practise_attention(networks_foretell(), 400, 1)
+
+
+@pytest.mark.parametrize("memory", [ShiftMemory, NoMemory])
+def test_practice_makes_networks_that_a_file_keeps(memory: type[ShiftMemory], quick: State, tmp_path: Any) -> None:
+    learned = practise_shifts(0, memory, 400, quick)
     file = tmp_path / "values.npz"
     write_state(learned.name, learned.state(), file)
     env = cells(8)
     controller: Any = make_controller("shift_values", env, file=file)
     assert np.isfinite(throw_held_out(controller, env, 80, 1).cycle_time).all()
     assert read_gauge(file).keys() == learned.state().keys()
+    assert controller._watcher.forgets == (memory is NoMemory)
     state = controller.state()
     assert all(np.array_equal(state[name], array) for name, array in learned.state().items())
 
