@@ -88,7 +88,7 @@ class Plan(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _name_levels(cls, data: Any) -> Any:
+    def _read(cls, data: Any) -> Any:
         """Split `levels`, if it is a mapping, into the labels in `levels` and the levels in `inline`."""
         if not (isinstance(data, Mapping) and isinstance(data.get("levels"), Mapping)):
             return data
