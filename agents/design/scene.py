@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Final, final
 
 import numpy as np
@@ -241,12 +242,12 @@ class BeltScene:
         wanted = dict[str, tuple[Floats, tuple[bool, bool, bool], Callable[[Floats], Change]]]()
         for index, robot in enumerate(line.robots):
             place = np.array([robot.x, line.cell.belt.y[1] + 0.1, line.cell.belt.height + 0.05])
-            wanted[f"/robot_{index}"] = place, (True, False, False), _mover(index)
+            wanted[f"/robot_{index}"] = place, (True, False, False), partial(_move, index, None)
         for owner in changes.bin_owners(line):
             x = line.robots[owner].x
             for number, bin_ in enumerate(line.robots[owner].bins or line.cell.bins.fixed):
                 place = np.array([x + bin_.x, bin_.y, line.cell.bins.rim + 0.02])
-                wanted[f"/bin_{owner}_{number}"] = place, (True, True, False), _mover(owner, number)
+                wanted[f"/bin_{owner}_{number}"] = place, (True, True, False), partial(_move, owner, number)
         for name in set(self._handles) - set(wanted):
             self._handles.pop(name).remove()
         for name, (place, axes, mover) in wanted.items():
@@ -278,18 +279,14 @@ class BeltScene:
         return handle
 
 
-def _mover(robot: int, number: int | None = None) -> Callable[[Floats], Change]:
+def _move(robot: int, number: int | None, place: Floats) -> Change:
     """What moves a robot, or one of its bins, to a place."""
-
-    def mover(place: Floats) -> Change:
-        x, y = float(place[0]), float(place[1])
-        return lambda line: (
-            changes.move_robot(line, robot, x)
-            if number is None
-            else changes.move_bin(line, robot, number, x - line.robots[robot].x, y)
-        )
-
-    return mover
+    x, y = float(place[0]), float(place[1])
+    return lambda line: (
+        changes.move_robot(line, robot, x)
+        if number is None
+        else changes.move_bin(line, robot, number, x - line.robots[robot].x, y)
+    )
 
 
 def looks(line: LineConfig) -> tuple[Any, ...]:

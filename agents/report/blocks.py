@@ -114,7 +114,7 @@ def _question_text(name: str, results: Path) -> str:
     pages = {page for page in question.chapters if (results / "tables" / f"{page}.md").is_file()}
     links = tables_line({page: title for page, title in question.chapters.items() if page in pages})
     tables = f"<details><summary>Every table</summary>\n\n{links}\n\n</details>" if links else ""
-    numbers = answer if opening is None else opening.list()
+    numbers = answer if opening is None else opening.markdown()
     made = f"`{question.command}` makes these numbers."
     lines = [f"# {question.title}", numbers, picture, made, question.older(results), tables]
     return "\n\n".join(line for line in lines if line)
