@@ -161,7 +161,7 @@ class Panel:
             for number, bin_ in enumerate(changes.fixed_bins(line, owner)):
                 own = f"{line.robots[owner].name}: " if line.robots[owner].bins else ""
                 place = self._gui.add_vector2(f"{own}{bin_['name']}", (bin_["x"], bin_["y"]), step=0.01, hint=hint)
-                self._list_input(place, partial(_bin_place, owner, number), partial(_move_bin, owner, number))
+                self._list_input(place, partial(_place, owner, number), partial(_move, owner, number))
 
     def _add_objects(self, line: LineConfig) -> None:
         gui = self._gui
@@ -212,12 +212,12 @@ def _stand_still(name: str, seconds: float) -> Change:
     return partial(changes.set_standstill, robot=None if name == NOBODY else name, seconds=float(seconds))
 
 
-def _bin_place(owner: int, number: int, line: LineConfig) -> tuple[float, float]:
+def _place(owner: int, number: int, line: LineConfig) -> tuple[float, float]:
     bin_ = changes.fixed_bins(line, owner)[number]
     return bin_["x"], bin_["y"]
 
 
-def _move_bin(owner: int, number: int, place: tuple[float, float]) -> Change:
+def _move(owner: int, number: int, place: tuple[float, float]) -> Change:
     return partial(changes.move_bin, robot=owner, number=number, x=float(place[0]), y=float(place[1]))
 
 

@@ -132,7 +132,9 @@ class BeltScene:
                 self.look(line, self._server.initial_camera)
             self.rest()
             self._draw_layers(FIXED, split(self._still.fixed))
-            self._draw_floor(line)
+            low, high = belt_extent(line)
+            place = ((low + high) / 2.0, 0.0, line.cell.belt.height - LOW)
+            self._scene.add_box("/floor", FLOOR, (high - low + 1.0, 2.6, 0.01), position=place, cast_shadow=False)
             self._draw_reach(line, self._still)
             self._draw_names(line)
             self.place_handles(line)
@@ -190,12 +192,6 @@ class BeltScene:
             if key not in self._layers:
                 self._layers[key] = Layer(self._scene, key, shape.partition("_")[0])
             self._layers[key].show(group)
-
-    def _draw_floor(self, line: LineConfig) -> None:
-        low, high = belt_extent(line)
-        height = line.cell.belt.height - LOW
-        place = ((low + high) / 2.0, 0.0, height)
-        self._scene.add_box("/floor", FLOOR, (high - low + 1.0, 2.6, 0.01), position=place, cast_shadow=False)
 
     def _draw_reach(self, line: LineConfig, still: Still) -> None:
         """Colour the windows by the share of bins that are reached from there, and draw the reach of the hands."""

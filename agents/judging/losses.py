@@ -82,7 +82,7 @@ class Counted:
     """Landings of some throws of each item from the middle of the opening, K arrays (L, 2) [m]."""
 
     @classmethod
-    def from_throws(cls, items: int, throws: CountedThrows) -> Self:
+    def of(cls, items: int, throws: CountedThrows) -> Self:
         """Counts of N simulated throws of K items."""
         kind, picked, missing = throws.kind, throws.picked, throws.picked & (throws.ended_in < 0)
         groups = [~missing & picked & ~throws.hits, missing & throws.lost, missing & ~throws.lost]
