@@ -21,7 +21,9 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, TypeVar, cast, final
+from typing import Any, Final, TypeVar, final
+
+import yaml
 
 from pnt_gym.reading import PlainLoader, ReadError, bytes_of, yaml_of
 
@@ -55,10 +57,12 @@ class _ZooLoader(PlainLoader):
     """Loader of YAML as data, including the ordered mappings of RL-Zoo."""
 
 
-_ZooLoader.add_constructor(
-    "tag:yaml.org,2002:python/object/apply:collections.OrderedDict",
-    lambda loader, node: dict(*loader.construct_sequence(cast("yaml.SequenceNode", node), deep=True)),
-)
+def _construct_mapping(loader: _ZooLoader, node: yaml.SequenceNode) -> dict[str, Any]:
+    (pairs,) = loader.construct_sequence(node, deep=True)
+    return dict(pairs)
+
+
+_ZooLoader.add_constructor("tag:yaml.org,2002:python/object/apply:collections.OrderedDict", _construct_mapping)
 _ZooLoader.add_constructor("tag:yaml.org,2002:python/tuple", _ZooLoader.construct_sequence)
 
 
