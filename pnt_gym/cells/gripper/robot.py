@@ -81,7 +81,7 @@ class Robot(Section):
         build = PROTOTYPE_BUILD.with_scale(self.scale, servo)
         claws = replace(build.claws, **_check_values("claws", self.claws))
         masses = _check_values("masses", self.masses)
-        return Dimensions.of(lengths), replace(build, **masses, claws=claws)
+        return Dimensions.from_mapping(lengths), replace(build, **masses, claws=claws)
 
 
 def _check_values(part: str, values: _Part) -> dict[str, Any]:

@@ -81,7 +81,7 @@ class Dimensions:
                 )
 
     @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
+    def from_mapping(cls, values: Mapping[str, Any]) -> Self:
         """Return the robot of a mapping read from a YAML file; values that are not named are the prototype's.
 
         Raises:

@@ -63,11 +63,11 @@ def test_check_pose_accepts_what_the_robot_can_take():
 )
 def test_impossible_dimensions_are_refused_by_name(changes, text):
     with pytest.raises(ValueError, match=text):
-        Dimensions.of(changes)
+        Dimensions.from_mapping(changes)
 
 
 def test_dimensions_from_a_mapping():
-    other = Dimensions.of({"l": 0.25, "stroke": [-1.4, 0.7], "home_z": -0.22})
+    other = Dimensions.from_mapping({"l": 0.25, "stroke": [-1.4, 0.7], "home_z": -0.22})
     assert (other.l, other.stroke, other.k) == (0.25, (-1.4, 0.7), PROTOTYPE.k)
 
 
