@@ -58,6 +58,11 @@ class Recorder(Controller):
         assert self._inner is not None
         self._inner.learn(outcome)
 
+    def log(self, throws: Throws, seed: int) -> ThrowLog:
+        """The log of the throws that were carried out since `watch`; `seed` is that of the camera's noise."""
+        log = take(concatenate_records(self._parts), slice(len(throws)))
+        return complete(log, throws.info, self._core.config, np.random.default_rng((seed, 7)))
+
     def keep(self, steps: Iterator[Throws]) -> Iterator[Throws]:
         """Throws one after the other, which are kept for `text`."""
         for throws in steps:
@@ -72,6 +77,4 @@ class Recorder(Controller):
             record: a record of these throws; None for those that passed through `keep`.
         """
         throws = concatenate_records(self._throws) if record is None else record.throws
-        log = take(concatenate_records(self._parts), slice(len(throws)))
-        log = complete(log, throws.info, self._core.config, np.random.default_rng((seed, 7)))
-        return log.text(self._core.item_names)
+        return self.log(throws, seed).text(self._core.item_names)
