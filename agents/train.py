@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
 from .ground.cli import Exit, at_least, option, run
+from .ground.places import module_name
 from .judging.trials import open_trial
 from .learning.hyperparameters import MASKED, RESIDUAL, Algorithm
 from .training import session
-from .training.session import Session, say_how_to_resume
+from .training.session import Session
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,9 @@ def main(arguments: Arguments) -> None:
             ended = session.run(training, arguments.out, resume, arguments.steps)
             folder, steps, signal = ended
             if signal is not None:
-                say_how_to_resume(folder.path, run_args["env"], steps, trial.step)
+                own = f" --env {run_args['env']}" if ":" in run_args["env"] else ""  # a module that is to be imported
+                command = f"python -m {module_name('agents.train')} --resume {folder.path}{own}"
+                print(f"stopped after {steps} {trial.step}s; continue with: {command}", file=sys.stderr)
                 raise Exit(128 + signal)
             if training.run_args["eval_picks"] != 0:
                 session.show(trial, folder, steps, training.run_args)

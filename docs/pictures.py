@@ -10,7 +10,7 @@ import re
 import sys
 from collections.abc import Iterator
 from contextlib import closing
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -102,7 +102,7 @@ def pictures(name: str) -> Iterator[Any]:
         return films.side_by_side(PAIR)
     if name == LINE[0]:
         return films.line(LINE[2], "three robots, one belt", LINE[1], LINE[3])
-    return films.single(FILMS[name])
+    return chain.from_iterable(films.throw_pictures(FILMS[name]))
 
 
 def check_typical() -> None:

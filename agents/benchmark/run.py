@@ -195,9 +195,9 @@ def _recall_training(piece: Piece, folder: Path) -> ControllerFactory:
     run = RunFolder(folder)
     with closing(_trial(piece, piece.train_level)) as trial:
         run.write({**_arguments(piece, trial), "action_mode": trial.core.action_mode})
-        make_controller = partial(_checkpoint_policy, run, None, run.arguments)
-        make_controller(piece.entry.controller, trial)  # a damaged policy is named before the first throw
-    return make_controller
+        run_args = run.arguments
+        trial.policy(run, None, run_args, piece.entry.controller)  # a damaged policy is named before the first throw
+    return lambda name, trial: trial.policy(run, None, run_args, name)
 
 
 def _restore(piece: Piece, file: Path) -> ControllerFactory:
@@ -226,8 +226,12 @@ def _train(piece: Piece, folder: Path) -> Iterator[Lesson]:
                     session.learn(model, run, Stop(until=throws), checkpoint_every=throws, quiet=True)
                 seconds = round(time.perf_counter() - began, 1)
                 place = next(p for p in run.checkpoints if int(p.name) >= throws)
-                make_controller = partial(_checkpoint_policy, run, place, session.run_args)
-                yield Lesson(throws, seconds, make_controller, partial(copyfile, run.policy_file(place)))
+                yield Lesson(
+                    throws,
+                    seconds,
+                    lambda name, trial, place=place: trial.policy(run, place, session.run_args, name),
+                    partial(copyfile, run.policy_file(place)),
+                )
 
 
 def _arguments(piece: Piece, trial: Trial) -> dict[str, Any]:
@@ -242,13 +246,6 @@ def _arguments(piece: Piece, trial: Trial) -> dict[str, Any]:
         "num_envs": trial.env.num_envs,
         **{name: getattr(piece.entry, name) for name in ("stack", "over", "fidelity")},
     }
-
-
-def _checkpoint_policy(
-    run: RunFolder, place: Path | None, run_args: dict[str, Any], name: str, trial: Trial
-) -> Controller:
-    """Policy of a training, or of a checkpoint of it, as a controller for an evaluation level."""
-    return trial.policy(run, place, run_args, name)
 
 
 def _transfer(controller: Controller, piece: Piece, name: str, trial: Trial) -> Controller:

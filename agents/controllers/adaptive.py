@@ -142,16 +142,12 @@ class Adaptive(Learner):
         if self._practising:
             self._static.learn(replace(outcome, observation=without_feedback(outcome.observation)))
             self._throw_counts += np.bincount(outcome.observation.kind, minlength=len(self._throw_counts))
-            self._shifts.append(self._number_shifts(begins_shift(outcome.observation))[is_instructive(outcome)])
-
-    def _number_shifts(self, begins: Bools) -> Ints:
-        """Numbers of the shifts of throws (N,), of which some begin a shift (N,)."""
-        count = len(begins)
-        if len(self._shift) < count:
-            self._shift = np.arange(count)
-        # A new shift of a row is as many numbers further as there are rows.
-        self._shift[:count] += len(self._shift) * begins
-        return self._shift[:count].copy()
+            begins, count = begins_shift(outcome.observation), len(outcome.observation.kind)
+            if len(self._shift) < count:
+                self._shift = np.arange(count)
+            # The number of a row's new shift is as many further as there are rows.
+            self._shift[:count] += len(self._shift) * begins
+            self._shifts.append(self._shift[:count][is_instructive(outcome)])
 
     def begin_practice(self, throws: int) -> None:
         """Begin the practice of the static policy from its initial state."""

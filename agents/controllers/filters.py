@@ -51,7 +51,7 @@ class Filters:
         self.state[at], self.spread[at], self.belief[at] = 0.0, self._priors, self._beliefs
 
     def learn(self, at: Ints | tuple[Ints, ...], effect: Floats, z: Floats) -> None:
-        """Update N sets by landings z [m], with the unknowns' effects on them.
+        """Update N sets by landings z [m], with the unknowns' effects on them; the random walk advances in every set.
 
         Args:
             at: the sets.
@@ -64,14 +64,11 @@ class Filters:
         belief = (1.0 - self._turning) * belief / belief.sum(axis=-1, keepdims=True)
         belief += self._turning / len(self._beliefs)
         self.state[at], self.spread[at], self.belief[at] = state, spread, belief
+        self.spread += self._walks
 
     def updated(self, at: Ints | tuple[Ints, ...], effect: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
         """Estimates, covariances and log-likelihoods of N sets after landings as of `learn`; the sets do not change."""
         return update(self.state[at], self.spread[at], effect, z, self._noise)
-
-    def add_walk(self) -> None:
-        """Add the random walk of one step to all covariances."""
-        self.spread += self._walks
 
     def estimate(self, at: Ints | tuple[Ints, ...]) -> Floats:
         """Estimates of the unknowns of N sets (N, S)."""

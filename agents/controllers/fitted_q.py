@@ -168,13 +168,14 @@ class GraspValues:
         first = np.where(tries.failed[:, None], tries.place, last)
         rows = np.arange(len(held))
         pace = self._slow + (self._fast - self._slow) * (outcome.action[:, 3].astype(np.float64) + 1.0) / 2.0
+        untried = tries._replace(failed=np.zeros_like(tries.failed))
         self._picks.append(
             Picks(
                 outcome.reward,
                 outcome.cycle_time,
                 held,
                 tries.failed & ~(~held & rides),
-                tries.without_failure().at(features, rows, first),
+                untried.at(features, rows, first),
                 tries.at(features, rows, last),
                 np.column_stack([observation.features.astype(np.float64), pace]),
             )
@@ -235,10 +236,6 @@ class _Tries(NamedTuple):
         place = np.column_stack([values["failed_x"], values["failed_y"]])
         hung = np.column_stack([values["place_x"], values["place_y"]])
         return cls((place != 0.0).any(axis=1), place, hung)
-
-    def without_failure(self) -> _Tries:
-        """The same objects before their first try."""
-        return self._replace(failed=np.zeros_like(self.failed))
 
     def at(self, features: PlaceFeatures, rows: Ints, places: Floats) -> Floats:
         """Inputs of the network of places (N, D) at places (N, 2) [m] in their pictures; 0 beside the object."""

@@ -206,15 +206,11 @@ class GraspController(Learner):
         """Actions (N, A): of the grasp where the cup is free, of the throw where the object hangs."""
         choice = choose(observation, self._config, self._place, self._pace, self._tries)
         if self._practises:
-            choice = self._varied(choice)
+            # Practice explores places nearby, and other paces.
+            place = choice.place + SCATTER * self._random.standard_normal(choice.place.shape)
+            pace = self._random.uniform(*self._config.grasp.pace, len(choice.pace))
+            choice = Choice(place, choice.rides, choice.pace if isinstance(self._pace, FixedPace) else pace)
         return choice.action(observation, self._config, self._residual)
-
-    def _varied(self, choice: Choice) -> Choice:
-        """A choice with other places and paces nearby, as practice explores them."""
-        count = len(choice.pace)
-        place = choice.place + SCATTER * self._random.standard_normal((count, 2))
-        varied = self._random.uniform(*self._config.grasp.pace, count)
-        return Choice(place, choice.rides, choice.pace if isinstance(self._pace, FixedPace) else varied)
 
     def maps(self, observation: Observation, rows: Ints) -> Floats | None:
         """Scores by which the cups' places for some rows are chosen (K, 48, 48); None for a rule without scores."""

@@ -177,7 +177,6 @@ class Kalman(Tracker):
         selected = np.flatnonzero(rows)
         effect = drift_effects(throws[selected], self._camera_x)
         self._filters.learn(selected, effect[:, None], z[selected, None])
-        self._filters.add_walk()
 
     def effect(self, throws: Floats) -> Floats:
         """Effect by the present estimate (N, 2)."""

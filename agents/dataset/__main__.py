@@ -17,7 +17,7 @@ from ..ground.environments import make_single
 from ..ground.places import MADE
 from ..ground.tables import console, throws_bar
 from ..judging.trials import open_trial
-from .crew import Crew, EpisodeStore, Tally, collection_task, packing_progress
+from .crew import Crew, EpisodeStore, Tally, collection_task
 
 CONTROLLERS = (
     "The controller that throws: a name, the word expert, the folder of a training run, a class of your own, on a line "
@@ -108,7 +108,14 @@ def main(arguments: Arguments) -> None:
             first = next(episodes)
             facts = facts_of(crew, scores, offline.columns(first), authorship)
             with throws_bar() as bar:
-                offline.write(name, single, chain([first], episodes), facts, packing_progress(bar))
+                task = bar.add_task("packing", total=None, visible=False)
+                offline.write(
+                    name,
+                    single,
+                    chain([first], episodes),
+                    facts,
+                    lambda number, total: bar.update(task, completed=number, total=total, visible=True),
+                )
     store.clear()
     console().print(tally.table(name, scores).terminal())
     console().print(f"it lies in {home.folder / name}", markup=False)

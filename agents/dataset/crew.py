@@ -13,7 +13,6 @@ from typing import Final, final
 
 import numpy as np
 from gymnasium.spaces import Box
-from rich.progress import Progress
 
 from ..controllers.protocol import Controller, Learner
 from ..ground import metrics, shipped
@@ -84,12 +83,6 @@ class Tally:
             ("score: 0 is random, 1 the expert", f"{(mean - scores.lowest) / span:.3f}" if span else "-"),
         ]
         return Grid(name, ("figure", "value"), rows)
-
-
-def packing_progress(bar: Progress) -> Callable[[int, int], None]:
-    """Callback that shows the number of repacked episodes on a progress bar, from the first call on."""
-    task = bar.add_task("packing", total=None, visible=False)
-    return lambda number, total: bar.update(task, completed=number, total=total, visible=True)
 
 
 EXPERT: Final = "expert"

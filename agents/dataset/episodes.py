@@ -17,7 +17,7 @@ from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.core import EPISODE_SUCCESS
 
 from ..controllers.protocol import Controller
-from ..ground.environments import Env, Role, cores_of, get_hidden
+from ..ground.environments import Env, Role, cores_of
 from ..judging.loop import observed
 from ..judging.throws import results
 
@@ -142,7 +142,8 @@ def _play(controller: Controller, env: Env, seeds: Iterator[int], noise: Noise |
         # The episode keeps actions as the environment receives actions: of the space's type, and clipped to the space.
         action = np.asarray(chosen, dtype=space.dtype)
         action = np.clip(action, space.low, space.high) if isinstance(space, gym.spaces.Box) else action
-        parts = [get_hidden(core) for core in cores]
+        # A core of the user's may hide nothing.
+        parts = [getattr(core, "hidden", dict)() for core in cores]
         hidden = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         observations, reward, terminated, truncated, info = env.step(action)
         over, infos = terminated | truncated, _throw_infos(info, coming, env.num_envs)

@@ -13,7 +13,6 @@ from pnt_gym.errors import PntGymError
 
 from ..ground.cli import UsageError
 from . import films, level_files, report, share
-from .changes import Change
 from .gate import close_server, open_server
 from .panel import PLACES, STEPS, VIEWS, Panel
 from .scene import BeltScene
@@ -43,7 +42,7 @@ class Page:
         self._is_ready = False
         self.session = Session(line, self._tell)
         self.server = open_server(front, token, TITLE)
-        self._scene = BeltScene(self.server, self._drag)
+        self._scene = BeltScene(self.server, self.session.change)
         self._panel = Panel(self.server, self.session)
         self._panel.views.on_click(self._view)
         self._panel.steps.on_click(self._step)
@@ -72,9 +71,6 @@ class Page:
         self._scene.draw(state.line)
         self._scene.landings(state.answer if state.is_current else None)
         self._panel.show(state)
-
-    def _drag(self, change: Change) -> None:
-        self.session.change(change)
 
     def _view(self, event: Any) -> None:
         if event.target.value == VIEWS[-1]:
@@ -105,7 +101,11 @@ class Page:
         self._button(
             "share as one HTML file", self._share, "the scene and its figures, for any browser, without a server"
         )
-        self._button("report as HTML", self._report, "two pages: drawing, figures, settings and assumptions")
+        self._button(
+            "report as HTML",
+            lambda state: (f"{state.line.name}_report.html", report.html(state).encode()),
+            "two pages: drawing, figures, settings and assumptions",
+        )
         if report.browser() is not None:
             self._button(
                 "report as PDF", lambda state: (f"{state.line.name}_report.pdf", report.pdf(report.html(state)))
@@ -136,9 +136,6 @@ class Page:
         finally:
             self._scene.show_handles(True)
         return f"{state.line.name}.html", share.html(page, state).encode()
-
-    def _report(self, state: State) -> tuple[str, bytes]:
-        return f"{state.line.name}_report.html", report.html(state).encode()
 
     def _play(self, is_stale: Callable[[], bool]) -> None:
         """Play the begin of a shift of the design, until the design changes."""

@@ -105,10 +105,10 @@ class Panel:
             5.0,
             100.0,
             1.0,
-            _percent(line),
+            max(line.cell.limits.percent),
             hint="share of each robot's limits of speed, acceleration and jerk",
         )
-        self._input(limits, _percent, _set(changes.set_limits, "percent"))
+        self._input(limits, lambda line: max(line.cell.limits.percent), _set(changes.set_limits, "percent"))
 
     def _rebuild(self, line: LineConfig) -> None:
         """Add the inputs of robots, bins and items anew, where there are others."""
@@ -141,17 +141,19 @@ class Panel:
             sheet = gui.add_dropdown(robot.name, known, initial_value=line.sheets()[index].name)
             self._list_input(sheet, lambda line, index=index: line.sheets()[index].name, partial(_choose, index))
             place = gui.add_number("along the belt [m]", robot.x, step=0.05)
-            self._list_input(place, partial(_x, index), partial(_move, index))
+            self._list_input(
+                place, lambda line, index=index: line.robots[index].x, _set(changes.move_robot, "x", robot=index)
+            )
         down = gui.add_dropdown("stands still", (NOBODY, *(robot.name for robot in line.robots)), initial_value=NOBODY)
         length = gui.add_slider("for [s], from the middle", 0.0, 60.0, 5.0, 30.0)
         self._lists.append(length)
         self._list_input(down, _standing, lambda name: _stand_still(name, length.value))
 
-        def longer(event: Any) -> None:
+        def moved(event: Any) -> None:
             if event.client is not None and down.value != NOBODY:
                 self._session.change(_stand_still(down.value, length.value))
 
-        length.on_update(longer)
+        length.on_update(moved)
 
     def _add_bins(self, line: LineConfig) -> None:
         hint = "middle of the opening along and across the belt, from the robot [m]"
@@ -159,24 +161,16 @@ class Panel:
             for number, bin_ in enumerate(changes.fixed_bins(line, owner)):
                 own = f"{line.robots[owner].name}: " if line.robots[owner].bins else ""
                 place = self._gui.add_vector2(f"{own}{bin_['name']}", (bin_["x"], bin_["y"]), step=0.01, hint=hint)
-                self._list_input(place, partial(_bin_place, owner, number), partial(_move_bin, owner, number))
+                self._list_input(place, partial(_place, owner, number), partial(_move, owner, number))
 
     def _add_objects(self, line: LineConfig) -> None:
         gui = self._gui
         for item in line.cell.items:
             share = gui.add_slider(f"{item} [%]", 0.0, 99.0, 0.5, _share(item, line), hint="share of the objects")
-            self._list_input(
-                share,
-                partial(_share, item),
-                lambda percent, item=item: partial(changes.set_share, item=item, percent=float(percent)),
-            )
+            self._list_input(share, partial(_share, item), _set(changes.set_share, "percent", item=item))
         for item in line.cell.items:
             value = gui.add_number(f"value of {item}", _value(item, line), min=0.0, step=0.1)
-            self._list_input(
-                value,
-                partial(_value, item),
-                lambda worth, item=item: partial(changes.set_value, item=item, value=float(worth)),
-            )
+            self._list_input(value, partial(_value, item), _set(changes.set_value, "value", item=item))
 
     def _offer(self, tried: tuple[Tried, ...]) -> None:
         """Offer changes that were tried, with what they bring."""
@@ -197,28 +191,16 @@ class Panel:
         self._session.change(lambda line: tried.line)
 
 
-def _set(change: Callable[..., LineConfig], name: str) -> Setter:
-    return lambda value: partial(change, **{name: float(value)})
+def _set(change: Callable[..., LineConfig], name: str, **of: Any) -> Setter:
+    return lambda value: partial(change, **of, **{name: float(value)})
 
 
 def _rate(line: LineConfig) -> float:
     return round(60.0 * line.arrivals.rate, 3)
 
 
-def _percent(line: LineConfig) -> float:
-    return max(line.cell.limits.percent)
-
-
 def _choose(index: int, name: str) -> Change:
     return partial(changes.choose_sheet, robot=index, name=name)
-
-
-def _x(index: int, line: LineConfig) -> float:
-    return line.robots[index].x
-
-
-def _move(index: int, x: float) -> Change:
-    return partial(changes.move_robot, robot=index, x=float(x))
 
 
 def _standing(line: LineConfig) -> str:
@@ -230,12 +212,12 @@ def _stand_still(name: str, seconds: float) -> Change:
     return partial(changes.set_standstill, robot=None if name == NOBODY else name, seconds=float(seconds))
 
 
-def _bin_place(owner: int, number: int, line: LineConfig) -> tuple[float, float]:
+def _place(owner: int, number: int, line: LineConfig) -> tuple[float, float]:
     bin_ = changes.fixed_bins(line, owner)[number]
     return bin_["x"], bin_["y"]
 
 
-def _move_bin(owner: int, number: int, place: tuple[float, float]) -> Change:
+def _move(owner: int, number: int, place: tuple[float, float]) -> Change:
     return partial(changes.move_bin, robot=owner, number=number, x=float(place[0]), y=float(place[1]))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Final, final
 
 import numpy as np
@@ -131,7 +132,9 @@ class BeltScene:
                 self.look(line, self._server.initial_camera)
             self.rest()
             self._draw_layers(FIXED, split(self._still.fixed))
-            self._draw_floor(line)
+            low, high = belt_extent(line)
+            place = ((low + high) / 2.0, 0.0, line.cell.belt.height - LOW)
+            self._scene.add_box("/floor", FLOOR, (high - low + 1.0, 2.6, 0.01), position=place, cast_shadow=False)
             self._draw_reach(line, self._still)
             self._draw_names(line)
             self.place_handles(line)
@@ -190,12 +193,6 @@ class BeltScene:
                 self._layers[key] = Layer(self._scene, key, shape.partition("_")[0])
             self._layers[key].show(group)
 
-    def _draw_floor(self, line: LineConfig) -> None:
-        low, high = belt_extent(line)
-        height = line.cell.belt.height - LOW
-        place = ((low + high) / 2.0, 0.0, height)
-        self._scene.add_box("/floor", FLOOR, (high - low + 1.0, 2.6, 0.01), position=place, cast_shadow=False)
-
     def _draw_reach(self, line: LineConfig, still: Still) -> None:
         """Colour the windows by the share of bins that are reached from there, and draw the reach of the hands."""
         tiles, height, size = list[Floats](), line.cell.belt.height + LIFT, spacing(line)
@@ -241,12 +238,12 @@ class BeltScene:
         wanted = dict[str, tuple[Floats, tuple[bool, bool, bool], Callable[[Floats], Change]]]()
         for index, robot in enumerate(line.robots):
             place = np.array([robot.x, line.cell.belt.y[1] + 0.1, line.cell.belt.height + 0.05])
-            wanted[f"/robot_{index}"] = place, (True, False, False), _mover(index)
+            wanted[f"/robot_{index}"] = place, (True, False, False), partial(_move, index, None)
         for owner in changes.bin_owners(line):
             x = line.robots[owner].x
             for number, bin_ in enumerate(line.robots[owner].bins or line.cell.bins.fixed):
                 place = np.array([x + bin_.x, bin_.y, line.cell.bins.rim + 0.02])
-                wanted[f"/bin_{owner}_{number}"] = place, (True, True, False), _mover(owner, number)
+                wanted[f"/bin_{owner}_{number}"] = place, (True, True, False), partial(_move, owner, number)
         for name in set(self._handles) - set(wanted):
             self._handles.pop(name).remove()
         for name, (place, axes, mover) in wanted.items():
@@ -278,18 +275,14 @@ class BeltScene:
         return handle
 
 
-def _mover(robot: int, number: int | None = None) -> Callable[[Floats], Change]:
+def _move(robot: int, number: int | None, place: Floats) -> Change:
     """What moves a robot, or one of its bins, to a place."""
-
-    def mover(place: Floats) -> Change:
-        x, y = float(place[0]), float(place[1])
-        return lambda line: (
-            changes.move_robot(line, robot, x)
-            if number is None
-            else changes.move_bin(line, robot, number, x - line.robots[robot].x, y)
-        )
-
-    return mover
+    x, y = float(place[0]), float(place[1])
+    return lambda line: (
+        changes.move_robot(line, robot, x)
+        if number is None
+        else changes.move_bin(line, robot, number, x - line.robots[robot].x, y)
+    )
 
 
 def looks(line: LineConfig) -> tuple[Any, ...]:

@@ -131,7 +131,7 @@ class Session:
         self._tell = tell
         self._judge, self._ends_search = Judge(), threading.Event()
         self.worker = Worker()
-        self._ask()
+        self.worker.ask(self._answer)
 
     @property
     def state(self) -> State:
@@ -189,7 +189,7 @@ class Session:
             answer = self._state.answer
             is_settled = answer is not None and answer.is_settled and self._state.is_current
             self._set(saved=self._state.line, saved_answer=answer if is_settled else None)
-            self._ask()
+            self.worker.ask(self._answer)
 
     def improve(self, what: What) -> None:
         """Search for better places of bins, robots or both; the design changes if the full physics agrees."""
@@ -208,7 +208,7 @@ class Session:
 
     def _go(self, line: LineConfig, **values: Any) -> None:
         self._set(line=line, number=self._state.number + 1, refusal="", note="", tried=(), **values)
-        self._ask()
+        self.worker.ask(self._answer)
 
     def _set(self, **values: Any) -> None:
         """Replace some values of the state, and tell the new state."""
@@ -217,9 +217,6 @@ class Session:
         self._tell(self._state)
 
     # Answers.
-
-    def _ask(self) -> None:
-        self.worker.ask(self._answer)
 
     def _answer(self, is_stale: Callable[[], bool]) -> None:
         """Judge the newest design: at once, then so that it holds; then the saved design, and what is worth trying."""

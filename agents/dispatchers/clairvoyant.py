@@ -107,7 +107,7 @@ class ShiftSearch:
         begun = Beginnings(state, np.zeros(1), hope, ahead, mark)
         steps: list[tuple[Ints, Ints]] = []
         while not self._is_over(begun.state).all():
-            begun, parent, choice = self._go_on(begun)
+            begun, parent, choice = self._extend(begun)
             steps.append((parent, choice))
         best, choices = int(np.argmax(begun.value)), list[int]()
         value = float(begun.value[best])
@@ -119,7 +119,7 @@ class ShiftSearch:
     def _is_over(self, state: LineState) -> Bools:
         return np.asarray(state.clock >= self._tables.line["duration"][0])
 
-    def _go_on(self, begun: Beginnings) -> tuple[Beginnings, Ints, Ints]:
+    def _extend(self, begun: Beginnings) -> tuple[Beginnings, Ints, Ints]:
         """The most hopeful beginnings with one decision more, with the indices of their parents and choices."""
         decided, over = self._decide(begun), self._is_over(begun.state)
         hope = np.where(over[:, None], -np.inf, decided.hope)

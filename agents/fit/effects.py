@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, final
 
 import numpy as np
@@ -46,11 +47,14 @@ def effects(density: Density, mode: Mode) -> list[Effect]:
     """All effects on landings, at the maximum of a posterior."""
     config, model = density.level(mode.z), density.model
     middle = model.landings(config)
+    # Changes (N, 2, 2) with the scale and with the turn [rad] of the camera that measures them.
+    x, y = (middle - np.nanmean(middle, axis=0)).T
+    turned = np.stack([np.stack([x, -y], axis=1), np.stack([y, x], axis=1)], axis=1)
     wind = [model.landings(config, air) - middle for air in ((DRAUGHT, 0.0), (0.0, DRAUGHT))]
     found = [
         Effect("draught", np.stack(wind, axis=2) / DRAUGHT, lambda v: f"air that moves {np.hypot(*v):.2g} m/s"),
-        Effect("bin_camera", _turned_and_scaled(middle), _camera_text("bins")),
-        Effect("belt_camera", _belt_camera(model, config, middle), _camera_text("belt")),
+        Effect("bin_camera", turned, partial(_text, "bins")),
+        Effect("belt_camera", _belt_camera(model, config, middle), partial(_text, "belt")),
         *_by_item(model, config, middle),
     ]
     if all(parameter.name != "blow_off" for parameter in density.parameters):
@@ -60,20 +64,10 @@ def effects(density: Density, mode: Mode) -> list[Effect]:
     return found
 
 
-def _turned_and_scaled(place: Floats) -> Floats:
-    """Changes of measured places (N, 2) [m] with the scale and with the turn of their camera [rad], (N, 2, 2)."""
-    x, y = (place - np.nanmean(place, axis=0)).T
-    return np.stack([np.stack([x, -y], axis=1), np.stack([y, x], axis=1)], axis=1)
-
-
-def _camera_text(place: str) -> Callable[[Floats], str]:
-    def text(size: Floats) -> str:
-        return (
-            f"a camera over the {place} that is scaled by {1.0 + size[0]:.3f} and turned by "
-            f"{np.rad2deg(size[1]):+.1f} degrees"
-        )
-
-    return text
+def _text(place: str, size: Floats) -> str:
+    """What a camera may have, at its scale and turn [rad]."""
+    turn = np.rad2deg(size[1])
+    return f"a camera over the {place} that is scaled by {1.0 + size[0]:.3f} and turned by {turn:+.1f} degrees"
 
 
 def _belt_camera(model: ThrowModel, config: ConveyorConfig, middle: Floats) -> Floats:

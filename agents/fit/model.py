@@ -216,14 +216,10 @@ class ThrowModel:
         """Chances that the cups seal at the draws of hidden values (N x K,)."""
         if not config.pick.fails:
             return np.ones(len(self._hidden["draws"].row))
-        chance = self.chances[self._objects["draws"].kind] * self._overhangs(config)
+        chance = self.chances[self._objects["draws"].kind] * self.overhangs(config)
         return np.clip(1.0 - config.mismatch * (1.0 - chance), 0.0, 1.0)
 
-    def overhang(self, config: ConveyorConfig) -> Floats:
-        """Mean share of an item's seal chance that is left where the lip overhangs the outline (N,)."""
-        return self._overhangs(config).reshape(-1, self.draws).mean(axis=1)
-
-    def _overhangs(self, config: ConveyorConfig) -> Floats:
+    def overhangs(self, config: ConveyorConfig) -> Floats:
         """Shares of the items' seal chances at the draws of hidden values (N x K,); as of `cup.hold.fail_chance`."""
         hidden, objects = self._hidden["draws"], self._objects["draws"]
         pick = self._picks.pick[hidden.row]

@@ -52,7 +52,7 @@ def seal_chances(model: ThrowModel, config: ConveyorConfig) -> list[SealChance]:
     if not config.pick.fails:
         return []
     log, m, results = model.log, config.mismatch, list[SealChance]()
-    share = model.overhang(config)
+    share = model.overhangs(config).reshape(-1, model.draws).mean(axis=1)
     for kind in np.unique(log.kind):
         rows = (log.kind == kind) & np.isfinite(log.sealed)
         if not rows.any():

@@ -137,19 +137,17 @@ class Scenes:
         held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)), self.surface)
         kept = held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0)
         vacuum = self.objects.measured.seal * (force / self.objects.seal)
-        return Tries(held, kept, vacuum, self._allowed(vacuum, places))
+        # Gauge and scales allow a throw by what they measure.
+        objects, seen = self.objects, self.objects.measured
+        offset = np.hypot(*places.T)
+        hold = Hold(vacuum, seen.mass, objects.cup_friction, seen.size[:, 2] / 2.0, offset, objects.cup_radius)
+        allowed = allowed_acceleration(hold) >= T3KR_ACCELERATION * PERCENT / 100.0
+        return Tries(held, kept, vacuum, allowed)
 
     def worths_of_tries(self, rows: Ints, places: Floats) -> Floats:
         """Worths (T,) of tries at places of some objects (T,), (T, 2) from the middles of their pictures [m]."""
         parts = (slice(begin, begin + TOGETHER) for begin in range(0, len(rows), TOGETHER))
         return np.concatenate([take(self, rows[part]).try_places(places[part]).worth for part in parts])
-
-    def _allowed(self, vacuum: Floats, places: Floats) -> Bools:
-        """Whether gauge and scales allow throws at `PERCENT`, by the gauge (N,) [N] at places (N, 2) [m]."""
-        objects, seen = self.objects, self.objects.measured
-        offset = np.hypot(*places.T)
-        hold = Hold(vacuum, seen.mass, objects.cup_friction, seen.size[:, 2] / 2.0, offset, objects.cup_radius)
-        return allowed_acceleration(hold) >= T3KR_ACCELERATION * PERCENT / 100.0
 
     def worth(self, places: Floats) -> Floats:
         """Expected worths (N, P) of tries with the cup at true places (N, P, 2) from the outlines' middles [m]."""

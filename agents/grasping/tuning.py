@@ -50,14 +50,14 @@ class PlaceTable(NamedTuple):
     def draw(cls, level: str | GraspConfig, count: int, seed: int) -> Self:
         """The places of objects of a level; objects of whose pictures nothing stands out are left out."""
         scenes = Scenes.draw(level, count, seed)
-        tables = [cls._of(part) for part in scenes.parts(PART)]
+        tables = [cls.of(part) for part in scenes.parts(PART)]
         sizes = np.concatenate([np.diff(one.begins, append=len(one.worth)) for one in tables])
         begins = np.cumsum(sizes) - sizes
         terms, worth = (np.concatenate([getattr(one, name) for one in tables]) for name in ("terms", "worth"))
         return cls(begins, terms, worth)
 
     @classmethod
-    def _of(cls, scenes: Scenes) -> Self:
+    def of(cls, scenes: Scenes) -> Self:
         """The places of some objects."""
         features = place_features(scenes.images, scenes.radius)
         picture, (row, column) = features.picture, features.pixel.T

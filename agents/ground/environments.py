@@ -25,7 +25,6 @@ from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 import pnt_gym
-from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.core import Core
 from pnt_gym.errors import one_sentence
@@ -223,11 +222,6 @@ def cores_of(env: Env) -> list[Core]:
     """All cores behind an environment: one for all rows, or one of each row."""
     whole: Any = env.unwrapped
     return [single.unwrapped.core for single in whole.envs] if hasattr(whole, "envs") else [whole.core]
-
-
-def get_hidden(core: Any) -> dict[str, Floats]:
-    """Hidden quantities of the coming steps of N rows, which no observation contains, by name (N,)."""
-    return getattr(core, "hidden", dict)()
 
 
 def _check(env: Env, name: str) -> Core:

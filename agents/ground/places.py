@@ -28,11 +28,6 @@ def module_name(name: str) -> str:
     return name if CHECKOUT else f"pnt_gym.{name}"
 
 
-def code_pattern(pattern: str) -> str:
-    """Glob below `CODE` that corresponds to a glob of a checkout, such as agents/*.py."""
-    return pattern if CHECKOUT or not pattern.startswith("agents/") else f"pnt_gym/{pattern}"
-
-
 ADAPTIVE: Final = SHIPPED / "results" / "policies" / "PnTAdapt-v0-day"
 """Folder of the pre-trained states of adaptive controllers, for the cell that drifts."""
 GRASPING: Final = SHIPPED / "results" / "policies" / "PnTGrasp-v0-grasp"

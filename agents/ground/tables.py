@@ -177,23 +177,22 @@ def throws_bar(*columns: str, quiet: bool = False) -> Generator[Progress, None, 
 
 @contextmanager
 def _signs(bar: Progress) -> Generator[None, None, None]:
-    """Lines on stderr while the block runs."""
+    """Lines on stderr while the block runs: the tasks that are not done, or else the last one."""
     over = Event()
+
+    def watch() -> None:
+        pause = FIRST
+        while not over.wait(pause):
+            tasks = [task for task in bar.tasks if not task.finished] or bar.tasks[-1:]
+            if tasks:
+                console(stderr=True).print(bar.make_tasks_table(tasks))
+            pause = min(2.0 * pause, LONGEST)
+
     # A thread, because one throw, one shift or one row may take minutes.
-    thread = Thread(target=_give_signs, args=(bar, over), daemon=True)
+    thread = Thread(target=watch, daemon=True)
     thread.start()
     try:
         yield
     finally:
         over.set()
         thread.join()
-
-
-def _give_signs(bar: Progress, over: Event) -> None:
-    """Print the tasks that are not done, or else the last one, until the work is over."""
-    pause = FIRST
-    while not over.wait(pause):
-        tasks = [task for task in bar.tasks if not task.finished] or bar.tasks[-1:]
-        if tasks:
-            console(stderr=True).print(bar.make_tasks_table(tasks))
-        pause = min(2.0 * pause, LONGEST)

@@ -17,7 +17,7 @@ from pnt_gym.constants import WORLD
 from pnt_gym.errors import one_sentence
 
 from .cli import UsageError
-from .places import CHECKOUT, CODE, SHIPPED, code_pattern, module_name
+from .places import CHECKOUT, CODE, SHIPPED, module_name
 
 PACKAGES = (
     "pnt_gym",
@@ -93,7 +93,9 @@ def code_digest(patterns: Iterable[str], modules: Iterable[str] = (), root: Path
         modules: names of modules below `root`; a package stands for all its modules.
         root: folder of the code.
     """
-    files = {path for pattern in patterns for path in root.glob(code_pattern(pattern))}
+    # Installed, `agents` lies in the package.
+    globs = (glob if CHECKOUT or not glob.startswith("agents/") else f"pnt_gym/{glob}" for glob in patterns)
+    files = {path for glob in globs for path in root.glob(glob)}
     files |= {path for name in modules for path in module_files(module_name(name), root)}
     digest = hashlib.sha256()
     for path in sorted(files):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from inspect import signature
 from itertools import combinations
 from pathlib import Path
@@ -64,7 +64,7 @@ class Rules:
         if self.cap is not None:
             if not 0.0 < self.cap < float("inf"):
                 raise UsageError(f"--cap is {self.cap:g}; it must be a number above 0")
-            measures[names[0]] = first = first.with_cap(self.cap)
+            measures[names[0]] = first = replace(first, cap=self.cap / first.scale)
         widest = first.bound * first.scale
         if self.margin is not None and not 0.0 <= self.margin < widest:
             unit = f" {first.unit}".rstrip()

@@ -169,7 +169,7 @@ def judge(
     if learning.save is not None and isinstance(controller, Learner):
         save_state(controller, learning.save)
     if recorder is not None and log is not None:
-        deliver_text(log, recorder.text(record, seed))
+        deliver_text(log, recorder.text(seed, record))
     return Judgement(record, steps, conditions)
 
 

@@ -179,7 +179,3 @@ class Figure:
         amount = self.text(value if low > 0.0 else -value)  # negative only for a mean beyond zero
         words = self.words.format(a=ahead, b=behind, amount=amount, label=self.label, unit=unit)
         return f"{words} ({self.number(least)} to {self.number(most)})"
-
-    def with_cap(self, cap: float) -> Self:
-        """The same figure with another largest difference, given in the figure's unit."""
-        return replace(self, cap=cap / self.scale)

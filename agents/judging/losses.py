@@ -82,7 +82,7 @@ class Counted:
     """Landings of some throws of each item from the middle of the opening, K arrays (L, 2) [m]."""
 
     @classmethod
-    def from_throws(cls, items: int, throws: CountedThrows) -> Self:
+    def of(cls, items: int, throws: CountedThrows) -> Self:
         """Counts of N simulated throws of K items."""
         kind, picked, missing = throws.kind, throws.picked, throws.picked & (throws.ended_in < 0)
         groups = [~missing & picked & ~throws.hits, missing & throws.lost, missing & ~throws.lost]
@@ -101,7 +101,7 @@ class Counted:
             landings=tuple(throws.miss[landed & (kind == k)][:LANDINGS] for k in range(items)),
         )
 
-    def entry(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Any]:
         """The counts as values of JSON."""
         return {
             "held": self.held.tolist(),
@@ -114,7 +114,7 @@ class Counted:
         }
 
     @classmethod
-    def of_entry(cls, entry: Any) -> Self:
+    def from_json(cls, entry: Any) -> Self:
         """Counts from values of JSON."""
         return cls(
             **{name: np.array(entry[name], dtype=np.int64) for name in ("held", "missed", "lost", "strayed")},
@@ -135,7 +135,7 @@ def read(config: LineConfig) -> Counted | None:
     """Counts in the file of a line's table, or of one that a command has made; None without a file with counts."""
     for place in (table_path(config), config.made_table()):
         try:
-            counted = Counted.of_entry(json_of(place)[ENTRY])
+            counted = Counted.from_json(json_of(place)[ENTRY])
         except (AccessError, OSError, ValueError, LookupError, TypeError):
             continue
         if len(counted.missed) == len(config.cell.items) == len(counted.landings):

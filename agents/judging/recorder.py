@@ -63,16 +63,18 @@ class Recorder(Controller):
         log = take(concatenate_records(self._parts), slice(len(throws)))
         return complete(log, throws.info, self._core.config, np.random.default_rng((seed, 7)))
 
-    def text(self, record: Any, seed: int) -> str:
-        """The log of a record of throws as CSV."""
-        return self.log(record.throws, seed).text(self._core.item_names)
-
     def keep(self, steps: Iterator[Throws]) -> Iterator[Throws]:
-        """Throws one after the other, which are kept for `all_text`."""
+        """Throws one after the other, which are kept for `text`."""
         for throws in steps:
             self._throws.append(throws)
             yield throws
 
-    def all_text(self, seed: int) -> str:
-        """The log of the throws that passed through `keep` as CSV."""
-        return self.log(concatenate_records(self._throws), seed).text(self._core.item_names)
+    def text(self, seed: int, record: Any = None) -> str:
+        """The log of the throws that were carried out since `watch` as CSV.
+
+        Args:
+            seed: seed of the camera's noise.
+            record: a record of these throws; None for those that passed through `keep`.
+        """
+        throws = concatenate_records(self._throws) if record is None else record.throws
+        return self.log(throws, seed).text(self._core.item_names)

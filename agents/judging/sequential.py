@@ -103,11 +103,3 @@ class ConfidenceSequence:
             capital = np.logaddexp.reduce(np.log(WEIGHTS) + np.log1p(np.outer(FRACTIONS, gains)).sum(axis=1))
             low, high = (middle, high) if capital >= goal else (low, middle)
         return low
-
-
-def log_capital_path(values: Floats, bound: float) -> Floats:
-    """Logarithm of the capital against "the mean is at most 0", after each of the values (..., N)."""
-    path = np.full(values.shape, -np.inf)
-    for fraction, weight in zip(FRACTIONS, WEIGHTS, strict=True):
-        path = np.logaddexp(path, np.log(weight) + np.cumsum(np.log1p(fraction * values / bound), axis=-1))
-    return path

@@ -181,7 +181,7 @@ class ShiftColumns(Columns):
     ms_per_decision: Amount
 
     @model_validator(mode="after")
-    def _check_widths(self) -> Self:
+    def _check_together(self) -> Self:
         for name in LISTS:
             heads = self.robots if name in BY_ROBOT else self.items
             if any(len(row) != len(heads) for row in getattr(self, name)):

@@ -228,7 +228,7 @@ class ThrowColumns(Columns):
     energy_j: Amount = 0.0
 
     @model_validator(mode="after")
-    def _check_totals(self) -> Self:
+    def _check_together(self) -> Self:
         given = self.model_fields_set
         if given & {*PLACES, "error_m"} not in ({*PLACES}, {"error_m"}):
             raise ValueError("landings are the columns along_m and across_m, or the column error_m")

@@ -88,19 +88,21 @@ def iql(lesson: Lesson, seed: int) -> Function:
         with torch.no_grad():
             worth = critic(torch.cat([states, actions], 1))[:, 0]
 
-        def expectile_loss(rows: Tensor) -> Tensor:
+        def loss(rows: Tensor) -> Tensor:
             excess = worth[rows] - value(states[rows])[:, 0]
             return ((EXPECTILE - (excess < 0.0).float()).abs() * excess.square()).mean()
 
-        _fit(value, expectile_loss, len(states), POLICY_STEPS)
+        _fit(value, loss, len(states), POLICY_STEPS)
         with torch.no_grad():
             advantage = worth - value(states)[:, 0]
             weight = (TEMPERATURE * advantage / advantage.std()).exp().clamp(max=MOST_WEIGHT)
 
-        def loss(rows: Tensor) -> Tensor:
-            return (weight[rows] * (policy(states[rows]) - actions[rows]).square().sum(1)).mean()
-
-        _fit(policy, loss, len(states), POLICY_STEPS)
+        _fit(
+            policy,
+            lambda rows: (weight[rows] * (policy(states[rows]) - actions[rows]).square().sum(1)).mean(),
+            len(states),
+            POLICY_STEPS,
+        )
         return _function(policy)
 
 

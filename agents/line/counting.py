@@ -59,7 +59,7 @@ def tabulate(config: LineConfig, thrown: Mapping[str, Any], near: Chances | None
     columns = {name: thrown[name][held] for name in ("kind", "percent", "distance", "hits")}
     counted = CountedThrows(**{name: thrown[name] for name in CountedThrows._fields})
     chances = Chances.of(_sealing(config, thrown), **columns, near=near)
-    return chances, Counted.from_throws(len(config.cell.items), counted)
+    return chances, Counted.of(len(config.cell.items), counted)
 
 
 def _sealing(config: LineConfig, thrown: Mapping[str, Any]) -> Floats:

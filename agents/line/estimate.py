@@ -7,6 +7,7 @@ from typing import final
 
 from pnt_gym.cells.line.config import LineConfig
 
+from .counting import with_chances
 from .flown import FlightTable, fly
 from .plans import Conditions, Planned, Sweep, assess, make_plans
 
@@ -47,4 +48,5 @@ def estimate(
     numbers, line = next(make_plans(LineConfig.load(config, throws="table", chances=None), sweep))
     conditions = replace(conditions, throws=flights, fidelity="flight", quiet=True)
     table = fly(line, flights, conditions.seed, conditions.threads, release, near)
-    return Estimate(assess({**numbers, "chances_by": "random"}, table.given_to(line), table.counted, conditions), table)
+    given = with_chances(line, table.digest, table.chances)
+    return Estimate(assess({**numbers, "chances_by": "random"}, given, table.counted, conditions), table)

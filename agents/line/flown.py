@@ -12,7 +12,7 @@ from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig
 
 from ..judging.losses import Counted
-from .counting import counting_line, tabulate, with_chances
+from .counting import counting_line, tabulate
 from .thrown import NUM_ENVS, random_throws
 
 PROVISIONAL: Final = 256
@@ -61,10 +61,6 @@ class FlightTable:
     counted: Counted
     thrown: Flights | None = field(default=None, repr=False, compare=False)
     """Flights behind the table, to which more can be added; None where the table is settled."""
-
-    def given_to(self, config: LineConfig) -> LineConfig:
-        """The line with this table."""
-        return with_chances(config, self.digest, self.chances)
 
 
 def fly(

@@ -45,6 +45,6 @@ class Goal:
         """Whether the whole interval of a plan's figure lies above the least value."""
         return bool(row[f"{self.figure}_low"] >= self.least)
 
-    def amount(self, value: float) -> str:
+    def text(self, value: float) -> str:
         """A value of the figure in words."""
         return f"a recovery of {percent(value)}" if self.figure == "recovery" else f"{value:.1f} sorted a minute"

@@ -271,10 +271,10 @@ def improve(
         raise UsageError(f"there is nothing to place: level {config.name!r} has one robot, and its bins stay")
     search = Search(grounds, conditions, tries, tell, should_stop)
     layouts = [layout for layout in search.run(conditions.seed) if grounds.differences(layout)]
-    return _judged(search, layouts, replace(conditions, quiet=True))
+    return _best(search, layouts, replace(conditions, quiet=True))
 
 
-def _judged(search: Search, layouts: Sequence[Layout], conditions: Conditions) -> Improvement:
+def _best(search: Search, layouts: Sequence[Layout], conditions: Conditions) -> Improvement:
     """The best of the finalists of a search, compared with today's layout in the full physics."""
     grounds, count = search.grounds, max(conditions.check, 2)
 

@@ -28,6 +28,7 @@ from ..ground.tables import throws_bar
 from ..judging import losses
 from ..judging.losses import FATES, Counted, Fates
 from ..judging.shifts import Shifts, run_shifts
+from .counting import with_chances
 from .flown import fly
 from .thrown import with_table
 
@@ -193,7 +194,8 @@ def judge(
     """
     if conditions.fidelity == "flight":
         flown = fly(config, conditions.throws, conditions.seed, conditions.threads, release)
-        return assess({**numbers, "chances_by": "random"}, flown.given_to(config), flown.counted, conditions)
+        line = with_chances(config, flown.digest, flown.chances)
+        return assess({**numbers, "chances_by": "random"}, line, flown.counted, conditions)
     chooser = conditions.controller if recount else None
     line, counted = with_table(
         config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads, chooser

@@ -96,10 +96,10 @@ def answer(plan: Planned, is_enough: bool, goal: Goal) -> str:
     """The cheapest plan that reaches a goal, or the best one, in one sentence."""
     which = "smallest" if plan.row["money_per_hour"] is None else "cheapest"
     if is_enough:
-        return f"the {which} plan with {goal.amount(goal.least)}: {plan_text(plan.row)}"
+        return f"the {which} plan with {goal.text(goal.least)}: {plan_text(plan.row)}"
     return (
-        f"no plan reaches {goal.amount(goal.least)}; the best plan, {plan_text(plan.row)}, reaches "
-        f"{goal.amount(plan.row[goal.figure]).removeprefix('a recovery of ')}"
+        f"no plan reaches {goal.text(goal.least)}; the best plan, {plan_text(plan.row)}, reaches "
+        f"{goal.text(plan.row[goal.figure]).removeprefix('a recovery of ')}"
     )
 
 

@@ -105,7 +105,7 @@ def table(title: str, line: Planned, gains: Sequence[Gain]) -> Grid:
 
 def _points(points: Interval) -> tuple[str, str]:
     """A difference in points with its interval, and whether the difference is one."""
-    value, low, high = (100.0 * part for part in _ends_of(points))
+    value, low, high = (100.0 * end for end in (points.value, points.low, points.high))
     return f"{value:+.1f} ({low:+.1f}..{high:+.1f})", "yes" if points.excludes_zero else "no difference"
 
 
@@ -151,12 +151,10 @@ def entries(gains: Sequence[Gain]) -> list[dict[str, Any]]:
             "number": gain.what,
             "at": gain.to,
             "recovery": gain.recovery,
-            **{f"points{end}": value for end, value in zip(("", "_low", "_high"), _ends_of(gain.points), strict=True)},
+            "points": gain.points.value,
+            "points_low": gain.points.low,
+            "points_high": gain.points.high,
             "money_per_hour": gain.money_per_hour,
         }
         for gain in gains
     ]
-
-
-def _ends_of(interval: Interval) -> tuple[float, float, float]:
-    return interval.value, interval.low, interval.high

@@ -122,7 +122,7 @@ def calibrate(
     head |= {} if release is None else {"release": release}
     head |= {} if controller is None else {"controller": controller}
     chances, counted = tabulate(config, columns)
-    text = format_table(chances, **head, items=list(config.cell.items), **{ENTRY: counted.entry()})
+    text = format_table(chances, **head, items=list(config.cell.items), **{ENTRY: counted.as_json()})
     deliver_text(place, text)
     success, sealed = columns["hits"].sum() / columns["picked"].sum(), np.sort(chances.picked)
     return (

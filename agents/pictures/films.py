@@ -94,12 +94,6 @@ def throw_pictures(film: ThrowFilm, width: int = WIDTH) -> Iterator[list[Any]]:
             yield pictures
 
 
-def single(film: ThrowFilm) -> Iterator[Any]:
-    """Pictures of a film."""
-    for pictures in throw_pictures(film):
-        yield from pictures
-
-
 def side_by_side(films: Sequence[ThrowFilm]) -> Iterator[Any]:
     """Pictures of films of the same throws beside each other; each throw begins in all of them at the same time."""
     wide = WIDTH // len(films)

@@ -101,7 +101,7 @@ class Stage:
         steps = self._trial.film_steps(self.steps, picks)
         deliver(file, lambda path: record_video(self._shown, steps, path, slow=slow))
         if recorder is not None and log is not None:
-            deliver_text(log, recorder.all_text(self._seed))
+            deliver_text(log, recorder.text(self._seed))
 
     def advance(self, moment: float) -> None:
         """Carry out steps until a picture at a moment [s] can be drawn."""

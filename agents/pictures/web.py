@@ -49,11 +49,6 @@ class Guest(ServerConnection):
         self._guests = guests
         self._waiting: asyncio.TimerHandle | None = None
 
-    @property
-    def unread(self) -> int:
-        """Bytes that wait for the browser to read."""
-        return self.transport.get_write_buffer_size()
-
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Take a connection up, or close it at once if there are too many."""
         super().connection_made(transport)
@@ -93,7 +88,7 @@ class Guest(ServerConnection):
 
     def _wait(self, unread: float) -> None:
         """Close the connection if the browser has read nothing since there were so many bytes to read."""
-        left = self.unread
+        left = self.transport.get_write_buffer_size()
         if self.paused and left >= unread:
             self.transport.abort()
         elif self.paused:
@@ -157,7 +152,8 @@ class Server(web_server.WebServer):
             reason = door.refusal(self._address, request.path, hosts, origins)
             if reason:
                 return connection.respond(403, f"{reason}\n")
-            while sum(guest.unread for guest in guests) > UNREAD:  # until it is read, or its reader is sent away
+            # Until it is read, or its reader is sent away.
+            while sum(guest.transport.get_write_buffer_size() for guest in guests) > UNREAD:
                 await asyncio.sleep(0.1)
             return process_request(connection, request)
 

@@ -90,7 +90,7 @@ def main(arguments: Arguments) -> None:
         copy_run(folder, parts, left_out)
         fill(parts, folder, env_id, run_args, trial, onnx=arguments.onnx, film_seed=film_seed)
         count = getattr(arguments, trial.option, None) or trial.usual_card
-        reports = {label: evaluate_level(env_id, level, count, arguments, run_args) for label, level in levels.items()}
+        reports = {label: report(env_id, level, count, arguments, run_args) for label, level in levels.items()}
         files = {path.name for path in parts.iterdir()}
         write_text(parts / "README.md", card(run_args, trained_on, reports, name, files, trial))
         parts.rename(target)
@@ -101,9 +101,7 @@ def main(arguments: Arguments) -> None:
     console().print(f"policy and card in {target}")
 
 
-def evaluate_level(
-    env_id: str, level: str, count: int, arguments: Arguments, run_args: dict[str, Any]
-) -> dict[str, Any]:
+def report(env_id: str, level: str, count: int, arguments: Arguments, run_args: dict[str, Any]) -> dict[str, Any]:
     """Evaluation of the policy on one level, as `agents.evaluate` reports it."""
     options: dict[str, Any] = {"level": level, "action_mode": run_args["action_mode"]}
     with throws_bar() as bar:

@@ -62,7 +62,7 @@ def main(arguments: Arguments) -> None:
         drawn: dict[str, str] = {}
         for question in QUESTIONS:
             if (opening := question.opening(results)) is not None:
-                drawn[small_picture(question.name)] = opening.drawing()
+                drawn[small_picture(question.name)] = opening.picture()
             draw = DRAWINGS.get(question.name)
             contents = None if draw is None else question.read(results)
             if draw is None or contents is None:

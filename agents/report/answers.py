@@ -144,11 +144,16 @@ def order(results: Results) -> Values:
     data = _read(results, "benchmark_line")
     levels = {level: rows_of(data, [level]) for level in data["plan"]["levels"]}
     found = [best for rows in levels.values() if (best := _best(rows)) is not None]
-    gains = sorted(found, key=lambda best: _lead(best["top"], best["first"]))
+    gains = sorted(found, key=lambda best: line.interval(line.value(best["top"]), line.value(best["first"])).value)
     if not gains:
         raise NoFigure("no level has first in, first out and a rule to compare with")
     pairs = [
-        {"level": level, "won": won, "plan": plan, "share": _lead(won, plan)}
+        {
+            "level": level,
+            "won": won,
+            "plan": plan,
+            "share": line.interval(line.value(won), line.value(plan)).value / 100.0,
+        }
         for level, rows in levels.items()
         if (won := line.best(line.learners(rows))) is not None and (plan := line.best(rows, PLANNERS)) is not None
     ]
@@ -170,12 +175,6 @@ def _best(rows: Sequence[Data]) -> Values | None:
     sorts = {"first": (line.FIRST,), "blind": line.CLASS_BLIND, "top": None}
     best = {sort: line.best(rows, names) for sort, names in sorts.items()}
     return None if None in best.values() else {"level": rows[0]["level"], **best}
-
-
-def _lead(one: Data, other: Data) -> float:
-    """Share by which one earns more than another on the shifts that both have worked."""
-    shared = min(len(line.value(one)), len(line.value(other)))
-    return float(line.value(one)[:shared].mean() / line.value(other)[:shared].mean() - 1.0)
 
 
 def losses(results: Results) -> Values:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Mapping
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -51,7 +51,7 @@ LONGEST: Final = 12
 """Rows of a table that a document shows at once; a longer one is folded."""
 Maker: TypeAlias = Callable[[str], str]
 """Returns the text of a block from the words after its kind."""
-_BLOCK: Final = re.compile(r"<!-- (\w+): ?([^\n]*?) ?-->\n(.*?)<!-- /\1 -->", re.DOTALL)
+MARKED: Final = re.compile(r"<!-- (\w+): ?([^\n]*?) ?-->\n(.*?)<!-- /\1 -->", re.DOTALL)
 """A marked block: its kind, the words after the kind, and its text."""
 
 
@@ -70,12 +70,7 @@ def fill(text: str, makers: Mapping[str, Maker], *, is_marked: bool = True) -> s
         made = makers[old[1]](old[2])
         return f"{old[0].partition(chr(10))[0]}\n{made}\n<!-- /{old[1]} -->" if is_marked else made
 
-    return _BLOCK.sub(block, text)
-
-
-def unmark(text: str, kinds: Container[str]) -> str:
-    """A document whose blocks of some kinds stand without their marks, with the text that they hold."""
-    return _BLOCK.sub(lambda block: block[3].removesuffix("\n") if block[1] in kinds else block[0], text)
+    return MARKED.sub(block, text)
 
 
 def makers_from(results: Path) -> dict[str, Maker]:
@@ -114,7 +109,7 @@ def _question_text(name: str, results: Path) -> str:
     pages = {page for page in question.chapters if (results / "tables" / f"{page}.md").is_file()}
     links = tables_line({page: title for page, title in question.chapters.items() if page in pages})
     tables = f"<details><summary>Every table</summary>\n\n{links}\n\n</details>" if links else ""
-    numbers = answer if opening is None else opening.list()
+    numbers = answer if opening is None else opening.markdown()
     made = f"`{question.command}` makes these numbers."
     lines = [f"# {question.title}", numbers, picture, made, question.older(results), tables]
     return "\n\n".join(line for line in lines if line)

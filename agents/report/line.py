@@ -149,9 +149,9 @@ def gains_figure(data: Data) -> Figure:
         base = best(rows_of(data, [level]), (FIRST,)) or rows_of(data, [level])[0]
         colour = colours(row["label"] for row in shown)
         for row in (row for row in shown if row["level"] == level):
-            at, interval = names.index(name_of(row)), _interval(value(row), value(base))
-            ends = [[interval.value - interval.low], [interval.high - interval.value]]
-            axes.errorbar(interval.value, at, xerr=ends, marker="o", color=colour[row["label"]])
+            at, more = names.index(name_of(row)), interval(value(row), value(base))
+            ends = [[more.value - more.low], [more.high - more.value]]
+            axes.errorbar(more.value, at, xerr=ends, marker="o", color=colour[row["label"]])
         axes.axvline(0.0, color="black", linewidth=0.8)
         dress(axes, f"over {base['label']} [%]", "", level)
     panels[0].set_yticks(range(len(names)), labels=names)
@@ -186,12 +186,12 @@ def learners(rows: Iterable[Data]) -> list[Data]:
 
 def gain(values: Floats, base: Floats) -> str:
     """How much more one brings in than another on the shifts that both have worked, with its 95 % interval."""
-    interval = _interval(values, base)
-    return f"{interval.value:+.1f} % ({interval.low:+.1f}..{interval.high:+.1f})"
+    more = interval(values, base)
+    return f"{more.value:+.1f} % ({more.low:+.1f}..{more.high:+.1f})"
 
 
-def _interval(values: Floats, base: Floats) -> metrics.Interval:
-    """The same [%]."""
+def interval(values: Floats, base: Floats) -> metrics.Interval:
+    """How much more one brings in than another on the shifts that both have worked [%]."""
     shared = min(len(values), len(base))
     mean = base[:shared].mean() / 100.0
     return metrics.difference(values[:shared] / mean, base[:shared] / mean)

@@ -57,11 +57,11 @@ class Opening(NamedTuple):
             pairs(self.bars),
         )
 
-    def list(self) -> str:
+    def markdown(self) -> str:
         """The numbers as a list of Markdown."""
         return "\n".join(f"* **{number}** {words}" for number, words in self.numbers)
 
-    def drawing(self) -> str:
+    def picture(self) -> str:
         """The bars as SVG, each from zero, in the colours of their controllers."""
         names = [name for name, _ in self.bars]
         values = [_first(text) for _, text in self.bars]

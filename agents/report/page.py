@@ -133,7 +133,7 @@ def index(parts: Sequence[Section], further: Grid | None = None) -> str:
     older = contents.older(min((chapter.world for section in parts for chapter in section.chapters), default=WORLD))
     lines += [older, ""] if older else []
     opened = [section for section in parts if section.opening is not None]
-    lines += [BOARDS, "", "|  |  |", "| --- | --- |", *map(_question_line, opened), ""] if opened else []
+    lines += [BOARDS, "", "|  |  |", "| --- | --- |", *map(_row, opened), ""] if opened else []
     for section in (section for section in parts if section.opening is None):
         lines += [f"## {markdown_text(section.title)}", ""]
         lines += [section.answer, ""] if section.answer else []
@@ -144,7 +144,7 @@ def index(parts: Sequence[Section], further: Grid | None = None) -> str:
     return "\n".join([*lines, "`python -m agents.report` writes these pages from the JSON files beside them.", ""])
 
 
-def _question_line(section: Section) -> str:
+def _row(section: Section) -> str:
     """A row of the table of questions: a small picture; the question, which leads to its page, and a sentence."""
     assert section.opening is not None
     picture = f"![{section.opening.unit}](figures/{small_picture(Path(section.page).stem)})"

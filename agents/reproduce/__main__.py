@@ -17,7 +17,7 @@ from ..ground.places import MADE
 from ..ground.tables import console
 from ..ground.work import Job, do_missing, processes
 from . import papers
-from .papers import PAPERS, duration, jobs, needs_optima
+from .papers import OPTIMA, PAPERS, duration, jobs
 from .record import assemble, headlines
 
 ALL = "all"
@@ -58,7 +58,7 @@ def main(arguments: Arguments) -> None:
     chosen = check(arguments)
     work = arguments.work or MADE / "runs" / "reproduce"
     planned = select([job for paper in chosen for job in jobs(paper)], [*chain(*arguments.only)])
-    if needs_optima(planned):
+    if any(job.name in OPTIMA for job in planned):
         check_libraries("casadi")
     allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     parts = do_missing(planned, work, processes(arguments.jobs or allowed), fresh=arguments.fresh)

@@ -90,9 +90,3 @@ def value(rows: Rows, quantity: str, form: str) -> str:
     """Text of a quantity's reproduced value in a form of `str.format`; a dash for a missing value."""
     row = rows.get(quantity)
     return NONE if row is None or row["reproduced"] is None else form.format(row["reproduced"])
-
-
-def below(rows: Rows, folder: str) -> dict[str, JsonRow]:
-    """Rows of a folder of quantities, by their names below the folder."""
-    start = f"{folder}/"
-    return {name.removeprefix(start): row for name, row in rows.items() if name.startswith(start)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, Protocol, cast
@@ -81,11 +81,6 @@ def jobs(name: str) -> list[Job]:
     files = ("pnt_gym/**/*.py", f"configs/cells/{PAPERS[name]}/*.yaml")
     digest = key(code=code_digest(files, [f"papers.{name}"], CODE))
     return [Job(f"{name}/{part}", digest, partial(run, name, part)) for part in parts]
-
-
-def needs_optima(planned: Sequence[Job]) -> bool:
-    """Whether one of the jobs of papers plans motions as one optimum."""
-    return any(job.name in OPTIMA for job in planned)
 
 
 def run(name: str, part: str, _folder: Path) -> dict[str, Any]:

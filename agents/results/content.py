@@ -135,11 +135,6 @@ def matches(data: Any) -> bool:
     return isinstance(data, dict) and "plan" in data
 
 
-def is_submission(data: Mapping[str, Any]) -> bool:
-    """Whether the content of a file of results is that of a submission."""
-    return not data.keys().isdisjoint(ABOUT)
-
-
 def other_versions(made_by: Mapping[str, str]) -> dict[str, str]:
     """Versions here, by name, that a file does not have or has otherwise; a file without a world is of the first."""
     here, made_by = versions(), {"world": "1", **made_by}

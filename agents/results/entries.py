@@ -107,14 +107,6 @@ class Entry(Section):
             raise ValueError(f"entry {self.label!r} of {self.controller!r} has throws {self.throws}; {valid}")
 
 
-def computes_with_torch(entry: Entry) -> bool:
-    """Whether throws of an entry depend on the arithmetic of torch: a network is fitted, or torch evaluates one.
-
-    What a module of the user's computes with is not known.
-    """
-    return entry.controller in FITTED and (max(entry.throws) > 0 or entry.online)
-
-
 def is_learned(name: str) -> bool:
     """Whether an entry's controller name is a file of a trained policy: a scorer's file or the path of a run folder."""
     return is_shipped(name) or (module_of(name) is None and (name.endswith(".npz") or "/" in name))

@@ -36,18 +36,7 @@ from ..judging.trial import Trial
 from ..judging.trials import open_trial
 from ..learning.runs import POLICY
 from . import entries
-from .entries import (
-    EACH,
-    LEARNED_BY,
-    TRAINED,
-    Choice,
-    Count,
-    Entry,
-    Several,
-    computes_with_torch,
-    is_learned,
-    settings_of,
-)
+from .entries import EACH, FITTED, LEARNED_BY, TRAINED, Choice, Count, Entry, Several, is_learned, settings_of
 
 CODE: Final = ("pnt_gym/**/*.py", "agents/controllers/*.py", "agents/dispatchers/*.py")
 """Code on which results depend and which is loaded by a name; all other code is found by following imports."""
@@ -88,7 +77,7 @@ class Plan(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _name_levels(cls, data: Any) -> Any:
+    def _read(cls, data: Any) -> Any:
         """Split `levels`, if it is a mapping, into the labels in `levels` and the levels in `inline`."""
         if not (isinstance(data, Mapping) and isinstance(data.get("levels"), Mapping)):
             return data
@@ -357,7 +346,9 @@ def needs(plan: Plan) -> Needs:
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
     controllers = [entry.controller for entry in plan.entries]
     modules = sorted({module for module in map(module_of, (plan.env, *controllers)) if module is not None})
-    return Needs(tuple(modules), torch=any(map(computes_with_torch, plan.entries)))
+    # Torch's arithmetic counts where torch fits a network; what a module of the user's computes with is not known.
+    fitted = [entry for entry in plan.entries if entry.controller in FITTED]
+    return Needs(tuple(modules), torch=any(max(entry.throws) > 0 or entry.online for entry in fitted))
 
 
 def _is_local_file(name: str, value: Any) -> bool:

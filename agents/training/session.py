@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -16,7 +15,6 @@ from ..controllers.between import PLANNER
 from ..ground.cli import UsageError
 from ..ground.environments import Env, config_of, make_vector, stream_seed
 from ..ground.files import lock_folder, write_json
-from ..ground.places import module_name
 from ..ground.streams import destination
 from ..ground.tables import console, throws_bar
 from ..judging import trials
@@ -324,10 +322,3 @@ def _restore(session: Session, folder: RunFolder, new_steps: int | None) -> Base
             "give a larger --steps to go on"
         )
     return model
-
-
-def say_how_to_resume(folder: Path, env_id: str, steps: int, step: str) -> None:
-    """Print the command that continues an interrupted run."""
-    env_option = f" --env {env_id}" if ":" in env_id else ""
-    command = f"python -m {module_name('agents.train')} --resume {folder}{env_option}"
-    print(f"stopped after {steps} {step}s; continue with: {command}", file=sys.stderr)

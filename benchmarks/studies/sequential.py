@@ -15,7 +15,7 @@ from agents.ground import metrics
 from agents.ground.places import SHIPPED, at
 from agents.judging.comparison import compare
 from agents.judging.figures import Figure
-from agents.judging.sequential import log_capital_path
+from agents.judging.sequential import FRACTIONS, WEIGHTS
 from agents.judging.throw_record import ThrowRecord
 from agents.judging.throws import kept_rows
 from agents.judging.trials import open_trial
@@ -66,6 +66,14 @@ def pairs() -> Iterator[tuple[Mapping[str, Any], list[dict[str, Floats]]]]:
 def bounded(measure: Figure, difference: Floats) -> Floats:
     """Differences up to the measure's cap; 0, on which no capital is bet, where a figure was not measured."""
     return np.nan_to_num(np.clip(difference, -measure.bound, measure.bound))
+
+
+def log_capital_path(values: Floats, bound: float) -> Floats:
+    """Logarithm of the capital against "the mean is at most 0", after each of the values (..., N)."""
+    path = np.full(values.shape, -np.inf)
+    for fraction, weight in zip(FRACTIONS, WEIGHTS, strict=True):
+        path = np.logaddexp(path, np.log(weight) + np.cumsum(np.log1p(fraction * values / bound), axis=-1))
+    return path
 
 
 def first_crossing(values: Floats, bound: float, alpha: float, looks: int = 1) -> Floats:

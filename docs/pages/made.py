@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from agents.ground.outputs import deliver_text
 from agents.ground.places import SHIPPED as ROOT
-from agents.report.blocks import fill, makers_from, rewrite, unmark
+from agents.report.blocks import MARKED, fill, makers_from, rewrite
 
 from . import cite, commands, controllers, environments, examples, fit, items, levels, papers, results, side, throw
 from .texts import link_texts, write_texts
@@ -72,7 +72,8 @@ KINDS: Final = {**makers_from(RESULTS), "made": _made}
 
 def site_page(text: str) -> str:
     """A page as Sphinx reads it: blocks as they stand, without their marks, and files with their names."""
-    return FILE.sub(_caption_block, unmark(text, KINDS))
+    unmarked = MARKED.sub(lambda block: block[3].removesuffix("\n") if block[1] in KINDS else block[0], text)
+    return FILE.sub(_caption_block, unmarked)
 
 
 def _caption_block(block: re.Match[str]) -> str:

@@ -17,6 +17,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.movers.straight import StraightMover, ThrowMotion
+from pnt_gym.cells.conveyor.objects.drawing import ObjectMaker, SideDraws
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.outcome import SimulatedThrows
 from pnt_gym.cells.conveyor.planner import PickPlanner
@@ -234,6 +235,12 @@ def rows_of(observations: Any, index: Any) -> Any:
 def same_step(a: Any, b: Any) -> bool:
     """Whether two steps of single environments gave the same to the last bit; unlike `==` where a landing is NaN."""
     return same_bits(a[0], b[0]) and repr(a[1:]) == repr(b[1:])
+
+
+def objects_from_draws(normals, uniforms, config, table, side_draws=None):
+    """Objects as `ObjectMaker.make`; side draws None where no effect needs them."""
+    side_draws = SideDraws.none(config, *normals.shape[:-1]) if side_draws is None else side_draws
+    return ObjectMaker(config, table).make(normals, uniforms, side_draws)
 
 
 def straight_mover(follow: FollowThrough, workspace: EllipticWorkspace | None = None) -> StraightMover:

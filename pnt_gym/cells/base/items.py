@@ -157,7 +157,7 @@ class Item(Section):
         return min(CUP_RADIUS, _CUP_SHARE * self.width / 2.0) if self.cup_radius is None else self.cup_radius
 
     @model_validator(mode="after")
-    def _is_consistent(self) -> Self:
+    def _check(self) -> Self:
         _, width, height = self.size
         if self.shape == "cylinder" and width != height:
             raise ConfigError(f"cylinder {self.name!r} needs one diameter, but W = {width} m and H = {height} m.")

@@ -13,7 +13,6 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.solids import SOLIDS, TexturedSolid
 from pnt_gym.cells.base.textures import SIDE, TEXTURES, Texture
 from pnt_gym.engine import MjData, MjModel, MjSpec, mujoco
@@ -135,7 +134,10 @@ class SceneLook:
             return False
         way = model.geom_surfacevel[moves[0], :2] * float(data.time)
         x, y = np.rint(way / PERIODS["belt"] * SIDE).astype(int) % SIDE
-        _write_texture(self.model, "belt", np.roll(_along(_texture("belt"), way), (-y, x), axis=(0, 1)))
+        texture = _texture("belt")
+        if abs(way[0]) < abs(way[1]):  # its seams run across the way
+            texture = np.swapaxes(texture, 0, 1)
+        _write_texture(self.model, "belt", np.roll(texture, (-y, x), axis=(0, 1)))
         return True
 
     def _tint(self, key: tuple[float, ...]) -> tuple[float, ...]:
@@ -147,7 +149,7 @@ class SceneLook:
     @property
     def belt(self) -> int:
         """Index of the belt's texture."""
-        return _texture_id(self.model, "belt")
+        return int(self.model.texture("belt").id)
 
     def _finish(self, geom: Any, finish: Finish) -> None:
         """Give a geom a finish: highlights, a texture, and another shape."""
@@ -262,17 +264,8 @@ def _polish(geom: Any, finish: Finish) -> None:
     geom.specular, geom.shininess, geom.emission, geom.reflectance = finish.specular, finish.shininess, finish.glow, 0.0
 
 
-def _along(texture: Texture, way: Floats) -> Texture:
-    """The belt's texture with its seams across the way."""
-    return texture if abs(way[0]) >= abs(way[1]) else np.swapaxes(texture, 0, 1)
-
-
-def _texture_id(model: MjModel, name: str) -> int:
-    return int(model.texture(name).id)
-
-
 def _write_texture(model: MjModel, name: str, texture: NDArray[np.uint8]) -> None:
-    first = int(model.tex_adr[_texture_id(model, name)])
+    first = int(model.tex_adr[model.texture(name).id])
     model.tex_data[first : first + texture.size] = texture.ravel()
 
 

@@ -36,7 +36,7 @@ class TexturedSolid:
     faces: Ints
 
     @classmethod
-    def of_grid(cls, vertices: Floats, texture: Floats) -> Self:
+    def of(cls, vertices: Floats, texture: Floats) -> Self:
         """Surface of a grid of places (R, C, 3) with places in a texture (R, C, 2); C runs around, R along."""
         rows, columns = vertices.shape[:2]
         corner: Ints = np.arange(rows * columns, dtype=np.int64).reshape(rows, columns)[:-1, :-1].reshape(-1, 1)
@@ -78,7 +78,7 @@ def turned(profile: Profile, corner: float = 2.0, *, planar: bool = False, bumps
     else:
         along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
         texture = np.stack(np.broadcast_arrays(angle / (2.0 * np.pi), (along / along[-1])[:, None]), axis=2)
-    return TexturedSolid.of_grid(grid, texture)
+    return TexturedSolid.of(grid, texture)
 
 
 def _dents(grid: Floats) -> Floats:

@@ -58,7 +58,7 @@ class Zone(Section):
     spread: _Fraction = 0.0
 
     @model_validator(mode="after")
-    def _is_on_the_item(self) -> Self:
+    def _check(self) -> Self:
         for place, extent, axis in zip(self.at, self.size, "xy", strict=True):
             if abs(place) + extent > 1.0 + 1e-9:
                 raise ConfigError(

@@ -53,7 +53,7 @@ class Reach(Section):
     y: Finite = Field(default=0.0, description="Centre across the belt, from the robot's base [m].")
 
     @model_validator(mode="after")
-    def _has_lengths(self) -> Reach:
+    def _check(self) -> Reach:
         lengths = ("semi_x", "semi_y", "radius", "hole")
         given, needed = [name for name in lengths if getattr(self, name) is not None], _GIVEN[self.shape]
         if set(given) != set(needed):
@@ -150,7 +150,7 @@ class RobotSheet(Section):
         return read_sheet(value) if isinstance(value, str) else value
 
     @model_validator(mode="after")
-    def _agrees(self) -> RobotSheet:
+    def _check_together(self) -> RobotSheet:
         if problems := [*self._problems()]:
             raise ValueError(*problems)
         return self

@@ -28,15 +28,16 @@ def drag_offset(context: Context, table: ItemTable) -> Floats:
     return np.nan_to_num(np.hypot(offset[:, 0], offset[:, 1]), nan=np.inf)
 
 
-def grip_margin(context: Context, table: ItemTable) -> Floats:
-    """Measured holding force over load at the throws' largest acceleration in the worst direction (N,)."""
-    return measured_hold(context.objects, context.belt_shift).least_margin(context.throw_limits.acceleration)
-
-
 _FIGURES: Final[dict[str, tuple[Callable[[Context, ItemTable], Floats], float]]] = {
     "drag_area": (drag_area, 1.0),
     "drag_shift": (drag_offset, 1.0),
-    "margin": (grip_margin, -1.0),
+    # Measured holding force over load at the throws' largest acceleration in the worst direction (N,).
+    "margin": (
+        lambda context, table: measured_hold(context.objects, context.belt_shift).least_margin(
+            context.throw_limits.acceleration
+        ),
+        -1.0,
+    ),
 }
 """Figure that each key of `Throwable` bounds, and whether from above (1) or below (-1)."""
 

@@ -10,11 +10,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, Self, final
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.engine import MjModel, MjSpec, mujoco
+from pnt_gym.arrays import Floats
+from pnt_gym.engine import MjSpec, mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.robots.joints import JointMotion, MotorLimits, Place
 from pnt_gym.robots.specification import (
@@ -33,8 +32,6 @@ from pnt_gym.robots.t3kr.visuals import dress_arm, dress_base, dress_platform, d
 Rods = Literal["four", "eight"]
 _LISTS = ("joints", "arm_joints", "actuators", "equalities")
 
-CONTROLS_PER_MOTOR = 3
-"""Position (rad), velocity (rad/s) and feed-forward torque (N m)."""
 _PLATFORM_INERTIA = (0.006, 0.006, 0.010)
 """A 2 kg disc of 0.10 m radius, kg m^2."""
 _ARM_TWIST_INERTIA = 1e-3
@@ -152,12 +149,3 @@ def _add_platform(spec: MjSpec, geometry: T3krGeometry, rods: Rods) -> list[str]
             add_site(body, f"{name}_attach", frames.attach[arm] + side * frames.motor_axis[arm])
     dress_platform(body, geometry, axles=rods == "eight")
     return joints
-
-
-def control_columns(model: MjModel, handles: T3krHandles) -> Ints:
-    """(12,) columns of ctrl: position, velocity and feed-forward torque of motor 0, then of motors 1 to 3.
-
-    A motor has three controls, so the columns come from `actuator_ctrladr`, not from the motor's id.
-    """
-    starts = [int(model.actuator_ctrladr[model.actuator(name).id]) for name in handles.actuators]
-    return np.array([start + k for start in starts for k in range(CONTROLS_PER_MOTOR)], dtype=np.int64)

@@ -75,7 +75,7 @@ def test_fields_of_picks_are_those_of_the_tries(env: Any) -> None:
     assert (there[:, -2] == 1.0).all()
     far = tries.at(table, rows, tries.place[rows] + 0.05)
     assert (far[:, -1] < 0.01).all()
-    assert (tries.without_failure().at(table, rows, tries.place[rows])[:, -2:] == 0.0).all()
+    assert (tries._replace(failed=np.zeros_like(tries.failed)).at(table, rows, tries.place[rows])[:, -2:] == 0.0).all()
 
 
 def test_returns_are_scaled_to_shares() -> None:

@@ -77,11 +77,11 @@ def test_watched_throws_have_the_log_of_an_evaluation() -> None:
         steps = recorder.keep(stage.steps)
         for _ in range(3):
             next(steps)
-        text = recorder.all_text(3)
+        text = recorder.text(3)
     with closing(open_trial("PnTRelease-v0", "waste_plain", 1, 1)) as trial:
         recorder = Recorder(trial.core)
         record: Any = trial.run(recorder.watch(make_controller("analytic", trial.env)), 3, 3)
-        assert text == recorder.text(record, 3)
+        assert text == recorder.text(3, record)
 
 
 def test_only_a_conveyor_has_a_log() -> None:

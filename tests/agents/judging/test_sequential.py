@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from agents.judging.sequential import FRACTIONS, WEIGHTS, ConfidenceSequence, log_capital_path
+from agents.judging.sequential import FRACTIONS, WEIGHTS, ConfidenceSequence
+from benchmarks.studies.sequential import log_capital_path
 
 
 def capital(values: np.ndarray, bound: float, mean: float) -> float:

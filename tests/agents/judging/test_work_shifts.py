@@ -126,7 +126,7 @@ def test_counted_throws_split_what_a_table_cannot_tell():
     # Three papers of 30 J, three trays of 10 J and a can of 20 J; four objects were sorted.
     assert (energy["energy_per_pick_j"], energy["energy_per_sorted_j"]) == pytest.approx((20.0, 35.0))
     assert energy["energy_per_sorted_j_low"] <= 35.0 <= energy["energy_per_sorted_j_high"]
-    assert Counted.of_entry(parsed_json(json_text(counted.entry()))).energy[:3].tolist() == [[10.0], [20.0], [30.0]]
+    assert Counted.from_json(parsed_json(json_text(counted.as_json()))).energy[:3].tolist() == [[10.0], [20.0], [30.0]]
 
 
 def test_simulated_throws_tell_causes_and_energy():

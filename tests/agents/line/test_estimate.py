@@ -78,7 +78,7 @@ def test_a_table_grows_by_flights_and_equals_one_that_was_counted_at_once(first,
     assert begun < sum(counted) < begun + 2 * FLIGHTS
     at_once = fly(LEVEL, 2 * FLIGHTS, 0, 1)
     assert grown.chances.entries == at_once.chances.entries != few.chances.entries
-    assert grown.counted.entry() == at_once.counted.entry()
+    assert grown.counted.as_json() == at_once.counted.as_json()
     again = fly(LEVEL, FLIGHTS + 1, 0, 1, near=few)
     assert again.chances.entries == fly(LEVEL, FLIGHTS + 1, 0, 1).chances.entries
 

@@ -18,12 +18,12 @@ def test_every_question_has_an_opening_with_five_numbers():
 
 def test_bars_are_as_long_as_their_numbers():
     opening = Opening("{{ a }}", [("{{ a }}", "b")], "mm", [("analytic", "{{ a }} mm"), ("mine", "+1.5 % (1.0..2.0)")])
-    drawn = opening.filled({"a": 3}).drawing()
+    drawn = opening.filled({"a": 3}).picture()
     bars = re.findall(r'width="([\d.]+)" height="16" fill="(#\w+)"', drawn)
     assert [float(width) for width, _ in bars] == pytest.approx([104.0, 52.0])
     assert bars[0][1] == LOOKS["analytic"].colour != bars[1][1]
     assert ">planner<" in drawn
-    assert opening.filled({"a": 3}).list() == "* **3** b"
+    assert opening.filled({"a": 3}).markdown() == "* **3** b"
 
 
 def test_a_controller_has_one_colour_whatever_it_learned_from():

@@ -9,7 +9,7 @@ import pytest
 from agents.ground.tables import Grid
 from agents.reproduce import finding
 from agents.reproduce.finding import Row, agree, printed, share
-from agents.reproduce.grids import JUDGED, below, by_quantity, number, plain, row_grids, short, value, with_unit
+from agents.reproduce.grids import JUDGED, by_quantity, number, plain, row_grids, short, value, with_unit
 
 
 @pytest.mark.parametrize(
@@ -109,7 +109,6 @@ def test_rows_as_tables() -> None:
     assert number(rows["choe/statement/length"], "top", 2) == "0.33"
     assert number(rows.get("none"), "top", 2) == number(rows["choe/nodes/count"], "top", 2) == "-"
     assert (value(rows, "choe/nodes/count", "{:.1f}"), value(rows, "none", "{:.1f}")) == ("80.0", "-")
-    assert list(below(rows, "choe/nodes")) == ["count"]
     assert (short("claim/a/b"), short("table1/a"), with_unit("word", "m"), with_unit(1.5, "-")) == (
         "a b", "table1 a", "word", "1.5",
     )  # fmt: skip

@@ -10,8 +10,8 @@ from pnt_gym.cells.base.catalogue import CATALOGUE, HELD_OUT_ITEMS, SEEN_ITEMS
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.scene import SENSORS, bin_panels, build_scene
-from pnt_gym.robots.t3kr.model import control_columns
 from tests.tools.nightly import with_nightly
+from tests.tools.t3kr import control_columns
 from tests.tools.throws import make_core, vary, with_objects
 
 SPEED = 9.0

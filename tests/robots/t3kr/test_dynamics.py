@@ -8,8 +8,8 @@ from pnt_gym.robots.joints import qpos_columns
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
 from pnt_gym.robots.t3kr.kinematics import closed_pose, inverse_kinematics
-from pnt_gym.robots.t3kr.model import add_t3kr, control_columns
-from tests.tools.t3kr import WORKSPACE, joint_acceleration, joint_velocity, motor_torque
+from pnt_gym.robots.t3kr.model import add_t3kr
+from tests.tools.t3kr import WORKSPACE, control_columns, joint_acceleration, joint_velocity, motor_torque
 
 G = 9.81
 

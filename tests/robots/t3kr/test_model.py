@@ -8,8 +8,8 @@ from pnt_gym.robots.joints import qpos_columns
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR, T3krGeometry
 from pnt_gym.robots.t3kr.kinematics import closed_pose, inverse_kinematics
-from pnt_gym.robots.t3kr.model import add_t3kr, control_columns
-from tests.tools.t3kr import WORKSPACE, motor_torque
+from pnt_gym.robots.t3kr.model import add_t3kr
+from tests.tools.t3kr import WORKSPACE, control_columns, motor_torque
 
 SIZES = {"four": {"nq": 15, "nv": 15, "neq": 4}, "eight": {"nq": 27, "nv": 26, "neq": 8}}
 

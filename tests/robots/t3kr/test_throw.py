@@ -12,7 +12,8 @@ from pnt_gym.robots.joints import knot_count, qpos_columns, upsample
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
 from pnt_gym.robots.t3kr.kinematics import closed_pose, joint_knots
-from pnt_gym.robots.t3kr.model import add_t3kr, control_columns
+from pnt_gym.robots.t3kr.model import add_t3kr
+from tests.tools.t3kr import control_columns
 
 PICK, TARGET = np.array([-0.2, -0.25, -0.85]), np.array([0.3, 0.4])
 V, A, J = 2.4, 48.0, 3000.0

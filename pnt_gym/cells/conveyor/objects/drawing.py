@@ -128,14 +128,6 @@ _SPREAD_COLUMNS: Final = np.array([0, 6, 5, 19, 20])
 """Places among the normal draws of mass, seal, drag, measured mass and measured seal."""
 
 
-def objects_from_draws(
-    normals: Floats, uniforms: Floats, config: ConveyorConfig, table: ItemTable, side_draws: SideDraws | None = None
-) -> Objects:
-    """Objects as `ObjectMaker.make`; side draws None where no effect needs them."""
-    side_draws = SideDraws.none(config, *normals.shape[:-1]) if side_draws is None else side_draws
-    return ObjectMaker(config, table).make(normals, uniforms, side_draws)
-
-
 def cup_numbers(config: ConveyorConfig) -> dict[str, float]:
     """Numbers of the cell's cup and of its valve, by their fields of `Objects`."""
     cup, suction = config.cup, config.suction

@@ -12,8 +12,8 @@ from pnt_gym.cells.base.plant import roll_out
 from pnt_gym.cells.conveyor.config import LIP_LENGTH
 from pnt_gym.cells.conveyor.cup.swing import LARGEST_PHASE, springs
 from pnt_gym.cells.conveyor.hand import ThrowClock
-from pnt_gym.robots.t3kr.model import control_columns
 from tests.tools.nightly import with_nightly
+from tests.tools.t3kr import control_columns
 from tests.tools.throws import item, make_core, same_bits, whole_cycle, with_objects
 
 COUNT = 60

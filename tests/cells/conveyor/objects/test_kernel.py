@@ -5,16 +5,9 @@ import pytest
 
 from pnt_gym.cells.base.cell import JUMPS_PER_PURPOSE, Purpose, move_aside
 from pnt_gym.cells.base.items import CUP_RADIUS, CYLINDER, ELLIPSOID, item_arrays
-from pnt_gym.cells.conveyor.objects.drawing import (
-    NORMALS,
-    UNIFORMS,
-    SideDraws,
-    objects_from_draws,
-    random_spin,
-    release_delay,
-)
+from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, SideDraws, random_spin, release_delay
 from pnt_gym.cells.conveyor.objects.kernel import inside_outline
-from tests.tools.throws import parts_of, same_bits, vary
+from tests.tools.throws import objects_from_draws, parts_of, same_bits, vary
 
 COUNT = 400
 NO_LIP = {"peel": False}

@@ -5,10 +5,10 @@ import pytest
 
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, objects_from_draws, release_delay
+from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, release_delay
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.sections import Suction
-from tests.tools.throws import parts_of, same_bits, vary
+from tests.tools.throws import objects_from_draws, parts_of, same_bits, vary
 
 MANY = 20_000
 WASTE = ConveyorConfig.load("waste_plain")
