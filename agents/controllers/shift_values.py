@@ -176,7 +176,7 @@ class ShiftValues(Controller):
             chosen, greedy = log.choose(score)
             puts_down &= greedy
         picked = inputs[np.arange(count), chosen]
-        offset = self._offsets(picked, reference[rows])
+        offset = self._releases.predict(picked) if self._knows_releases else reference[rows]
         if log is not None:
             offset = offset + SCATTER[self._knows_releases] * log.random.standard_normal(offset.shape)
             for k in range(count):
@@ -202,10 +202,6 @@ class ShiftValues(Controller):
             paced[:, _PACE] = pace_action(pace, self._config)
             values.append(self._paces.predict(paced))
         return np.max(values, axis=0)
-
-    def _offsets(self, inputs: Floats, reference: Floats) -> Floats:
-        """Offsets of releases (K, 2) [m]."""
-        return self._releases.predict(inputs) if self._knows_releases else reference
 
     # Learning
 
@@ -271,7 +267,10 @@ class ShiftValues(Controller):
     def state(self) -> State:
         """Arrays of all networks, and the values of objects that ride on."""
         arrays = {f"{part} {name}": array for part, one in self._parts.items() for name, array in one.state().items()}
-        return {**arrays, "rides": np.array([self._rides, self._fails, float(not self._watcher.forgets)])}
+        return {
+            **arrays,
+            "rides": np.array([self._rides, self._fails, float(not isinstance(self._watcher.memory, NoMemory))]),
+        }
 
     def restore(self, state: State) -> None:
         """Load all networks."""

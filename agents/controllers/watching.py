@@ -20,18 +20,7 @@ from pnt_gym.cells.grasp.observation import LAST, TABLE
 from ..grasping.attention import LABEL, TryMemory, TryNetwork, place_inputs
 from ..grasping.features import blur_maps, place_features
 from ..grasping.foretelling import Foretold, LabelTable, labels
-from ..grasping.memory import (
-    LANDS,
-    Event,
-    MakesMemory,
-    NoMemory,
-    Recalled,
-    ShiftMemory,
-    around,
-    expected,
-    looks,
-    turned,
-)
+from ..grasping.memory import LANDS, Event, MakesMemory, Recalled, ShiftMemory, around, expected, looks, turned
 from ..ground.cli import UsageError
 from .grasps import direction_of, observe
 from .protocol import Actions, Observation
@@ -202,11 +191,6 @@ class Watcher:
         holds = expected(blur_maps(self._table.held(foretold)), weights)
         holds[:, np.abs(pixel_places()).max(axis=-1) > self._config.grasp.reach] = 0.0
         return holds
-
-    @property
-    def forgets(self) -> bool:
-        """Whether nothing of a shift is remembered."""
-        return isinstance(self.memory, NoMemory)
 
     def known(self) -> Floats:
         """What is known of objects like the present ones, as features (N, `MEMORIES`)."""
