@@ -1,5 +1,6 @@
 """Settings for all tests: no OpenGL window, and no thread pools beside the ones a test asks for."""
 
+import gc
 import os
 
 import pytest
@@ -23,6 +24,16 @@ def pytest_configure(config):
     processes = getattr(config.option, "numprocesses", None)
     if processes:
         compile_kernels(processes)
+
+
+def pytest_collection_finish():
+    """What is collected stays to the end: collectors of garbage need not look through these millions of objects."""
+    gc.freeze()
+
+
+def pytest_sessionfinish():
+    """Modules end as without tests."""
+    gc.unfreeze()
 
 
 def pytest_ignore_collect(collection_path, config):
