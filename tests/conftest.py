@@ -10,6 +10,9 @@ from hypothesis import settings
 settings.register_profile("pnt_gym", deadline=None)
 settings.load_profile("pnt_gym")
 
+COARSE = 256
+"""Width of the map of shadows in tests [pixels]."""
+
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
@@ -48,6 +51,22 @@ def opengl():
     problem = rendering_problem()
     if problem is not None:
         pytest.skip(problem)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def coarse_shadows():
+    """Software draws pictures with coarse shadows five times as quickly; those that are means have them anyway."""
+    from pnt_gym.cells.base import canvas  # noqa: PLC0415 - after the library of OpenGL is chosen
+
+    def dressed(*given, **more):
+        look = canvas_look(*given, **more)
+        look.model.vis.quality.shadowsize, look.model.vis.quality.offsamples = COARSE, 0
+        return look
+
+    canvas_look = canvas.SceneLook
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(canvas, "SceneLook", dressed)
+        yield
 
 
 @pytest.fixture(scope="module")

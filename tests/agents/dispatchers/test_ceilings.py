@@ -21,11 +21,11 @@ LEVELS: list[dict[str, Any]] = [
     {"base": "speed", "duration": 25.0},
     {"base": "skills3_burst", "duration": 15.0},
 ]
-SEEDS = np.arange(3) + 40
+SEEDS = np.arange(2) + 40
 
 
 def values(level: dict[str, Any], name: str) -> Any:
-    """Values of a controller in the shifts of the seeds (3,), one after the other."""
+    """Values of a controller in the shifts of the seeds (2,), one after the other."""
     with closing(make_vector("PnTLine-v0", level, 1, 1)) as env:
         controller = registry.make(name, line_core(env))
         controller.reset(0)
@@ -34,7 +34,7 @@ def values(level: dict[str, Any], name: str) -> Any:
 
 
 def bounds(level: dict[str, Any], *, is_drawn: bool) -> Any:
-    """Bounds of the shifts of the seeds (3,)."""
+    """Bounds of the shifts of the seeds (2,)."""
     with closing(make_vector("PnTLine-v0", level, len(SEEDS), 1)) as env:
         seeds: Any = SEEDS.tolist()  # a seed for each row, which the annotation of the base class does not say
         env.reset(seed=seeds)
@@ -76,7 +76,7 @@ def orders(core: LineCore) -> Iterator[float]:
             pending.append((cell.state, value + float(brought.value[0])))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 3, 5])
 def test_the_best_of_all_orders_lies_between_foresight_and_bound(seed: int) -> None:
     level = {"base": "value", "duration": 5.0, "arrivals": {"rate": 1.0}}
     with closing(make_vector("PnTLine-v0", level, 1, 1)) as env:
