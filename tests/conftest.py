@@ -1,5 +1,6 @@
 """Settings for all tests: no OpenGL window, and no thread pools beside the ones a test asks for."""
 
+import atexit
 import gc
 import os
 
@@ -32,11 +33,7 @@ def pytest_configure(config):
 def pytest_collection_finish():
     """What is collected stays to the end: collectors of garbage need not look through these millions of objects."""
     gc.freeze()
-
-
-def pytest_sessionfinish():
-    """Modules end as without tests."""
-    gc.unfreeze()
+    atexit.register(gc.unfreeze)  # modules end as without tests
 
 
 def pytest_ignore_collect(collection_path, config):

@@ -15,6 +15,7 @@ from agents.dispatchers.search import shift_values
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from pnt_gym.cells.line.core import LineCore
+from tests.tools.nightly import with_nightly
 
 LEVELS: list[dict[str, Any]] = [
     {"base": "single", "duration": 20.0},
@@ -44,7 +45,7 @@ def bounds(level: dict[str, Any], *, is_drawn: bool) -> Any:
         )
 
 
-@pytest.mark.parametrize("level", LEVELS, ids=[level["base"] for level in LEVELS])
+@pytest.mark.parametrize("level", with_nightly(LEVELS, LEVELS[::2]), ids=[level["base"] for level in LEVELS])
 def test_no_order_is_above_the_bound_and_foresight_is_near_it(level: dict[str, Any]) -> None:
     bound = bounds(level, is_drawn=True)
     for name in ("random", "fifo", "price", "index"):
