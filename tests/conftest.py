@@ -1,5 +1,7 @@
 """Settings for all tests: no OpenGL window, and no thread pools beside the ones a test asks for."""
 
+import atexit
+import gc
 import os
 
 import pytest
@@ -8,6 +10,9 @@ from hypothesis import settings
 # How long an example takes depends on what else the machine does.
 settings.register_profile("pnt_gym", deadline=None)
 settings.load_profile("pnt_gym")
+
+COARSE = 256
+"""Width of the map of shadows in tests [pixels]."""
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
@@ -25,6 +30,12 @@ def pytest_configure(config):
         compile_kernels(processes)
 
 
+def pytest_collection_finish():
+    """What is collected stays to the end: collectors of garbage need not look through these millions of objects."""
+    gc.freeze()
+    atexit.register(gc.unfreeze)  # modules end as without tests
+
+
 def pytest_ignore_collect(collection_path, config):
     """The machines of a cluster need Ray, which `dev` does not bring: only who names their tests gets them."""
     named = any("tests/cluster" in str(argument) for argument in config.args)
@@ -37,6 +48,22 @@ def opengl():
     problem = rendering_problem()
     if problem is not None:
         pytest.skip(problem)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def coarse_shadows():
+    """Software draws pictures with coarse shadows five times as quickly; those that are means have them anyway."""
+    from pnt_gym.cells.base import canvas  # noqa: PLC0415 - after the library of OpenGL is chosen
+
+    def dressed(*given, **more):
+        look = canvas_look(*given, **more)
+        look.model.vis.quality.shadowsize, look.model.vis.quality.offsamples = COARSE, 0
+        return look
+
+    canvas_look = canvas.SceneLook
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(canvas, "SceneLook", dressed)
+        yield
 
 
 @pytest.fixture(scope="module")

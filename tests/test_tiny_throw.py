@@ -11,7 +11,7 @@ import pytest
 import pnt_gym  # noqa: F401 - registers the environments
 
 FILE = Path(__file__).resolve().parents[1] / "examples" / "09_tiny_throw.py"
-CELLS = 48
+CELLS = 20
 MILLIMETRE = 1e-3
 
 

@@ -156,7 +156,7 @@ def test_a_controller_that_ends_a_worker_process_is_an_error(desk: Path) -> None
     entries = [{"label": label, "controller": f"ends_work:{label}"} for label in ("Base", "Odd")]
     plan = {**PLAN, "env": "PnTRelease-v0", "picks": 16, "entries": entries}
     (desk / "plan.yaml").write_text(yaml.safe_dump(plan))
-    said = refused("agents.benchmark", "--config", "plan.yaml", "--jobs", "2", "--work", "work", "--out", "out.json")
+    said = refused("agents.benchmark", "--config", "plan.yaml", "--jobs", "1", "--work", "work", "--out", "out.json")
     assert "a module or class of yours ended the interpreter with" in said
     assert not (desk / "out.json").exists()
 

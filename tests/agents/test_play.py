@@ -1,5 +1,6 @@
 """`python -m agents.play`: a picture, a video, and what it refuses."""
 
+from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,15 @@ from PIL import Image
 from tests.tools.commands import call_here, output_of
 from tests.tools.nightly import with_nightly
 
-pytestmark = pytest.mark.usefixtures("opengl")
+pytestmark = pytest.mark.usefixtures("opengl", "quick")
+
+
+@pytest.fixture
+def quick() -> Iterator[None]:
+    """Pictures are means of two drawings."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("agents.pictures.stage.SAMPLES", 2)
+        yield
 
 
 def test_a_picture_shows_the_cell(tmp_path: Path) -> None:

@@ -1,7 +1,10 @@
 """Guards of what others handed in: its form, and its first throws."""
 
 import ast
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,9 +23,22 @@ def test_there_is_one() -> None:
     assert "two_centimetres_shorter" in {file.stem for file in FILES}
 
 
+class Here:
+    """A worker without a process of its own and without a limit of time, which tests of `verify` have."""
+
+    def call(self, function: Callable[..., Any], *given: Any) -> Any:
+        return function(*given)
+
+
+@contextmanager
+def worker_here(_: float) -> Iterator[Here]:
+    yield Here()
+
+
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_its_first_throws_are_thrown_again(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
+    monkeypatch.setattr("agents.ground.work.limited_worker", worker_here)
     options = ("--trust", "--rows", "1", "--throws", "48", "--longest", "1000")
     done = call_here("agents.benchmark.verify", str(file), *options, folder=ROOT)
     if (world := world_of(read_json(file))) < WORLD:

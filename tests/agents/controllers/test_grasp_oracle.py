@@ -25,6 +25,13 @@ def env() -> Iterator[Any]:
         yield cells
 
 
+@pytest.fixture(scope="module")
+def foreseen() -> Any:
+    """320 picks of the oracle that knows holds and landings."""
+    with closing(make_vector("PnTGrasp-v0", {"base": "grasp", **FLIGHT}, ROWS, 1)) as cells:
+        return throw_held_out(make_controller("oracle_grasp", cells), cells, 320, 4)
+
+
 def action(place: Any = (0.0, 0.0), pace: float = 0.0) -> Any:
     """The same action in all rows, with a place in metres."""
     actions = np.zeros((ROWS, 6), dtype=np.float32)
@@ -67,8 +74,8 @@ def test_an_oracle_that_looks_ahead_changes_no_cell(env: Any) -> None:
     assert all(same_bits(one, other) for one, other in zip(steps(True), steps(False), strict=True))
 
 
-def test_no_other_controller_sorts_as_much_and_none_of_its_throws_drops_an_object(env: Any) -> None:
-    throws = {name: throw_held_out(make_controller(name, env), env, 320, 4) for name in ("oracle_grasp", "fitted_q")}
+def test_no_other_controller_sorts_as_much_and_none_of_its_throws_drops_an_object(env: Any, foreseen: Any) -> None:
+    throws = {"oracle_grasp": foreseen, "fitted_q": throw_held_out(make_controller("fitted_q", env), env, 320, 4)}
     rate = {name: one.sorted.sum() / one.cycle_time.sum() for name, one in throws.items()}
     assert rate["oracle_grasp"] > 1.05 * rate["fitted_q"]
     oracle = throws["oracle_grasp"]
@@ -76,9 +83,8 @@ def test_no_other_controller_sorts_as_much_and_none_of_its_throws_drops_an_objec
     assert oracle.sorted[oracle.picked].mean() > 0.95
 
 
-def test_an_oracle_of_holds_drops_nothing_and_sorts_less_than_one_that_knows_landings(env: Any) -> None:
-    throws = [throw_held_out(make_controller("oracle_grasp", env, lands=lands), env, 320, 4) for lands in (False, True)]
-    holds, lands = throws
+def test_an_oracle_of_holds_drops_nothing_and_sorts_less_than_one_that_knows_landings(env: Any, foreseen: Any) -> None:
+    holds, lands = throw_held_out(make_controller("oracle_grasp", env, lands=False), env, 320, 4), foreseen
     assert holds.info["dropped"][holds.picked].mean() < 0.01
     assert holds.picked.mean() >= lands.picked.mean()
     assert holds.sorted[holds.picked].mean() < lands.sorted[lands.picked].mean()
@@ -88,7 +94,7 @@ def test_an_oracle_of_holds_drops_nothing_and_sorts_less_than_one_that_knows_lan
 def test_the_oracle_saves_the_time_of_hopeless_tries_where_it_may() -> None:
     level = {"base": "grasp", **FLIGHT, "grasp": {"skip": True}}
     with closing(make_vector("PnTGrasp-v0", level, ROWS, 1)) as cells:
-        throws = throw_held_out(make_controller("oracle_grasp", cells), cells, 640, 4)
+        throws = throw_held_out(make_controller("oracle_grasp", cells), cells, 320, 4)
     skipped = throws.info["tries"] == 0
     assert 0 < skipped.mean() < 0.1
     assert not throws.picked[skipped].any()

@@ -15,17 +15,18 @@ from agents.dispatchers.search import shift_values
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from pnt_gym.cells.line.core import LineCore
+from tests.tools.nightly import with_nightly
 
 LEVELS: list[dict[str, Any]] = [
     {"base": "single", "duration": 20.0},
     {"base": "speed", "duration": 25.0},
     {"base": "skills3_burst", "duration": 15.0},
 ]
-SEEDS = np.arange(3) + 40
+SEEDS = np.arange(2) + 40
 
 
 def values(level: dict[str, Any], name: str) -> Any:
-    """Values of a controller in the shifts of the seeds (3,), one after the other."""
+    """Values of a controller in the shifts of the seeds (2,), one after the other."""
     with closing(make_vector("PnTLine-v0", level, 1, 1)) as env:
         controller = registry.make(name, line_core(env))
         controller.reset(0)
@@ -34,7 +35,7 @@ def values(level: dict[str, Any], name: str) -> Any:
 
 
 def bounds(level: dict[str, Any], *, is_drawn: bool) -> Any:
-    """Bounds of the shifts of the seeds (3,)."""
+    """Bounds of the shifts of the seeds (2,)."""
     with closing(make_vector("PnTLine-v0", level, len(SEEDS), 1)) as env:
         seeds: Any = SEEDS.tolist()  # a seed for each row, which the annotation of the base class does not say
         env.reset(seed=seeds)
@@ -44,7 +45,7 @@ def bounds(level: dict[str, Any], *, is_drawn: bool) -> Any:
         )
 
 
-@pytest.mark.parametrize("level", LEVELS, ids=[level["base"] for level in LEVELS])
+@pytest.mark.parametrize("level", with_nightly(LEVELS, LEVELS[::2]), ids=[level["base"] for level in LEVELS])
 def test_no_order_is_above_the_bound_and_foresight_is_near_it(level: dict[str, Any]) -> None:
     bound = bounds(level, is_drawn=True)
     for name in ("random", "fifo", "price", "index"):
@@ -76,7 +77,7 @@ def orders(core: LineCore) -> Iterator[float]:
             pending.append((cell.state, value + float(brought.value[0])))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 3, 5])
 def test_the_best_of_all_orders_lies_between_foresight_and_bound(seed: int) -> None:
     level = {"base": "value", "duration": 5.0, "arrivals": {"rate": 1.0}}
     with closing(make_vector("PnTLine-v0", level, 1, 1)) as env:

@@ -269,7 +269,7 @@ def planned_plant(tmp_path_factory):
     """What the command says and writes on the plant, thrown fast, in a folder of its own."""
     folder = tmp_path_factory.mktemp("plant")
     (folder / "plant.yaml").write_text(plant_text())
-    line = "line plan --level plant.yaml --robots 3 --percents 60 --shifts 3 --minutes 0.4 --throws 180 --check 2"
+    line = "line plan --level plant.yaml --robots 3 --percents 60 --shifts 3 --minutes 0.4 --throws 100 --check 2"
     return folder, output_of(f"{line} --json plans.json --picture plans.svg", folder)
 
 

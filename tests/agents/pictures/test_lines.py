@@ -54,7 +54,8 @@ def test_without_a_bound_a_shift_is_worked_to_its_end():
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Films of a second, in small frames."""
+    """Films of a second, in small frames, and pictures that are means of two drawings."""
+    monkeypatch.setattr("agents.pictures.stage.SAMPLES", 2)
     monkeypatch.setattr("agents.judging.shift_trial.SECONDS", 1.0)
     monkeypatch.setattr(LineView.__init__, "__defaults__", ((64, 128),))
 

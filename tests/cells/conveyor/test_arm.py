@@ -30,10 +30,10 @@ COBOT: dict[str, Any] = {
 
 @pytest.mark.parametrize("level", ["cobot", "scara", "six"])
 def test_hands_keep_to_their_paths_and_joints_to_their_limits(level, tmp_path):
-    """Random corrections to the full, 150 throws; the study `arm` has 10,000."""
+    """Random corrections to the full, 80 throws; the study `arm` has 10,000."""
     settings = COBOT if level == "cobot" else {"base": str({"scara": scara, "six": six_axis}[level](tmp_path))}
-    found = arms.throws({"level": settings, "actions": 1.0}, Amount(150, 3))
-    assert found["throws"] > 80
+    found = arms.throws({"level": settings, "actions": 1.0}, Amount(80, 3))
+    assert found["throws"] > 40
     assert found["apart_most_m"] < 0.001
     assert found["unlike_most"] < 0.01
     assert found["planned_beyond"] == found["too_fast"] == found["at_full_torque"] == 0
