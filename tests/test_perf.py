@@ -16,7 +16,7 @@ from agents.ground.cli import UsageError
 from agents.report import speeds
 from benchmarks import perf, timing
 from benchmarks.perf_cases import codes, planning, shares
-from benchmarks.perf_cases.cells import FLIGHT
+from benchmarks.perf_cases.cells import FLIGHT, LEVELS, Vector
 from benchmarks.timing import Count, Options, Timing
 from tests.tools.nightly import with_nightly
 
@@ -184,3 +184,12 @@ def test_both_codes_step_in_turn(env_id: str, level: Any, cells: int) -> None:
     rates = codes.pair_steps({"before": codes.ROOT, "now": codes.ROOT}, stepped, 1)
     assert rates["before"] > 0.0
     assert rates["now"] / rates["before"] == pytest.approx(rates["ratio"])
+
+
+@pytest.mark.parametrize("level", LEVELS["PnTLine-v0"], ids=["by a table", "flights", "full physics"])
+def test_the_physics_of_a_lines_step_is_repeated_alone(level: Any) -> None:
+    vector = Vector("PnTLine-v0", level, 2, 1)
+    for _ in range(3):
+        vector.step()
+    vector.repeat()
+    assert (vector.steps() > 0.0) == (level != "single")

@@ -122,7 +122,8 @@ class Singles:
 
 def plants(cell: Any) -> list[list[Any]]:
     """The parts of each plant of a cell, or of a line's robots; nothing where throws go by a table."""
-    whole = [cell.plant] if hasattr(cell, "plant") else [core.cell.plant for core in getattr(cell.throws, "cores", [])]
+    cores = {} if hasattr(cell, "plant") else getattr(cell.throws, "cores", {})
+    whole = [cell.plant] if hasattr(cell, "plant") else [core.cell.plant for core in cores.values()]
     return [[part for _, part in getattr(plant, "parts", [])] or [plant] for plant in whole]
 
 
