@@ -102,6 +102,18 @@ def _offset_scale(config: ConveyorConfig) -> Floats:
     return np.array([config.action.along, config.action.across])
 
 
+def _xyz_scale(config: ConveyorConfig) -> Floats:
+    return np.array(config.action.xyz)
+
+
+def _offset_and_choice_scale(config: ConveyorConfig) -> Floats:
+    return np.array([*_offset_scale(config), 1.0])
+
+
+def _release_scale(config: ConveyorConfig) -> Floats:
+    return np.array([WIDEST, np.log(WAY_FACTOR), 0.5 * config.motion.ceiling])
+
+
 _ALL_MODES: Final = by_name(
     ActionMode(
         "release_point",
@@ -113,7 +125,7 @@ _ALL_MODES: Final = by_name(
     ActionMode(
         "release_xyz",
         ("release point along the throw", "release point sideways", "release point up"),
-        lambda config: np.array(config.action.xyz),
+        _xyz_scale,
         _move_release,
     ),
     ActionMode("virtual_goal", ("target along the throw", "target to its left"), _offset_scale, _replan, ERRORS),
@@ -124,7 +136,7 @@ _ALL_MODES: Final = by_name(
             "logarithm of the way",
             "rise of the release",
         ),
-        lambda config: np.array([WIDEST, np.log(WAY_FACTOR), 0.5 * config.motion.ceiling]),
+        _release_scale,
         _release_anywhere,
         unseen=FROM_PLANNER,
         planners=STRAIGHT_PLANNERS,
@@ -132,7 +144,7 @@ _ALL_MODES: Final = by_name(
     ActionMode(
         "throw_or_place",
         ("release point along the throw line", "release point sideways", "above 1/2: the other way of throw and place"),
-        lambda config: np.array([*_offset_scale(config), 1.0]),
+        _offset_and_choice_scale,
         _aim_or_swap,
         planners=("auto",),
     ),
