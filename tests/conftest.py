@@ -33,6 +33,7 @@ def pytest_configure(config):
 def pytest_collection_finish():
     """What is collected stays to the end: collectors of garbage need not look through these millions of objects."""
     gc.freeze()
+    gc.set_threshold(20_000, 20, 20)  # without what is frozen, a few new objects would already be a quarter of all
     atexit.register(gc.unfreeze)  # modules end as without tests
 
 
@@ -68,7 +69,7 @@ def coarse_shadows():
 
 @pytest.fixture(scope="module")
 def results_as_they_stand():
-    """Figures of the project's results are read alone; tests/results computes them anew from the throws."""
+    """Figures of the project's results are read alone; the report and the pages compute them anew from the throws."""
     from agents.report import contents  # noqa: PLC0415  # most tests need no report
 
     with pytest.MonkeyPatch.context() as patch:

@@ -14,7 +14,7 @@ SHORT = {
     "07_own_loop": "5",
     "08_offline_dataset": "96",
     "10_ppo": "PnTRelease-v0 --level waste --flight --steps 512 --cells 16 --picks 16",
-    "11_sac": "PnTConveyor-v0 --level waste --steps 320 --start 64 --picks 16",
+    "11_sac": "PnTConveyor-v0 --level waste --steps 160 --start 64 --picks 16",
     "12_cnn_grasp": "--picks 64 --updates 8 --cells 16 --judge 8",
 }
 SAYS = {
@@ -28,7 +28,7 @@ SAYS = {
     "08_offline_dataset": ["of 96 picks", "regression:"],
     "09_tiny_throw": ["from the target and 0.00 mm from the landing of the suite"],
     "10_ppo": ["after 512 steps", "analytic:", "sorted a minute"],
-    "11_sac": ["after 320 steps", "analytic:", "succeed"],
+    "11_sac": ["after 160 steps", "analytic:", "succeed"],
     "12_cnn_grasp": ["picks: ", "centroid:", "<lambda>:"],
 }
 

@@ -11,6 +11,7 @@ import pytest
 import torch
 
 import pnt_gym
+from tests.tools.nightly import with_nightly
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -47,7 +48,7 @@ def test_ppo_learns_in_every_environment(env_id, monkeypatch):
         assert env.unwrapped.core.masks()[np.arange(4), action].all()
 
 
-@pytest.mark.parametrize("env_id", sac.ENVS)
+@pytest.mark.parametrize("env_id", with_nightly(sac.ENVS, sac.ENVS[::2]))
 def test_sac_learns_where_actions_are_numbers(env_id, monkeypatch):
     options = options_of(sac, monkeypatch, env_id, "--steps", 24, "--cells", 4, "--start", 8, "--gamma", 0.5)
     actor = sac.train(options)

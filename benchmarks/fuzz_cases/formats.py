@@ -59,7 +59,8 @@ FORMATS: Final[dict[str, Format]] = {
     ),
     "design-file": Format(
         examples.make_design, lambda path: line_of_file(path.read_bytes(), path.name), ("line.yaml",),
-        "agents.line plan --level FILE --robots 3 --shifts 2 --minutes 0.5 --throws 100 --check 0 --fidelity flight",
+        "agents.line plan --level FILE --robots 3 --shifts 2 --minutes 0.5 --throws 100 --check 0 --fidelity flight"
+        " --no-mend",
     ),
     "study-plan": Format(examples.make_study_plan, lambda path: study.read(path).cases(), ("plan.yaml",)),
     "plan-file": Format(examples.make_plan, lambda path: pieces(read_plan(path)), ("plan.yaml",)),

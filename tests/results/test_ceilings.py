@@ -17,6 +17,7 @@ AIMS: Final = {"oracle": "landing_error_m", "oracle_drift": "landing_error_m", "
 PASSED: Final = {"sac after 10000 on boxes"}
 """Rows that sort more than an oracle of releases beyond the interval: a reward can weigh landings against time."""
 RESULTS = ROOT / "results"
+pytestmark = pytest.mark.usefixtures("results_as_they_stand")
 SHOWN = sorted(path.stem for path in RESULTS.glob("benchmark*.json"))
 """Benchmarks with committed results."""
 

@@ -13,10 +13,11 @@ from agents.report.page import UNASKED, sections
 from agents.report.questions import QUESTIONS
 
 RESULTS = ROOT / "results"
+pytestmark = pytest.mark.usefixtures("results_as_they_stand")
 
 
 @pytest.fixture(scope="module")
-def chapters():
+def chapters(results_as_they_stand):
     """Chapters without their drawings, which the tests of the report look at."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", lambda *_, **__: None)

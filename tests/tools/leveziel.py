@@ -13,7 +13,7 @@ from papers.leveziel import moves as leveziel_moves
 from papers.leveziel import workspace as leveziel_workspace
 from pnt_gym.arrays import Bools, Floats
 
-STEP, PIXEL = 0.008, 0.004
+STEP, PIXEL = 0.008, 0.008
 HOME = float(np.deg2rad(-45.0))
 K, R, L, U, V, W = 82.5, 80.0, 223.0, 40.0, 13.5, 26.5
 """The printed lengths [mm]."""

@@ -11,7 +11,7 @@ import os
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast, get_args, get_origin
 
@@ -316,11 +316,14 @@ def serialize_level(level: Level) -> str | dict[str, Any]:
 
 def shipped_folder(folder: str | Path) -> Path:
     """Path of a folder of shipped files: inside an installed wheel, or beside the package in a checkout."""
-    if isinstance(folder, Path):
-        return folder
+    return folder if isinstance(folder, Path) else _shipped() / folder
+
+
+@cache
+def _shipped() -> Path:
     package = Path(__file__).resolve().parents[2]
     installed = package / "levels"
-    return (installed if installed.is_dir() else package.parent / "configs" / "cells") / folder
+    return installed if installed.is_dir() else package.parent / "configs" / "cells"
 
 
 def _level_file(files: Mapping[str, Path], level: str | Path) -> Path:

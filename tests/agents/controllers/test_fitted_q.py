@@ -37,8 +37,8 @@ def test_what_ships_sorts_faster_than_the_middle(env: Any) -> None:
 
 def test_a_short_practice_learns_from_rewards(env: Any, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("torch")
-    monkeypatch.setattr("agents.controllers.fitted_q.QUICK_STEPS", 150)
-    monkeypatch.setattr("agents.controllers.fitted_q.STEPS", 400)
+    monkeypatch.setattr("agents.controllers.fitted_q.QUICK_STEPS", 75)
+    monkeypatch.setattr("agents.controllers.fitted_q.STEPS", 200)
     controller = make_controller("fitted_q", env)
     controller.reset(0)
     practise(controller, env, 320, 0)

@@ -79,7 +79,7 @@ def quick() -> Iterator[State]:
 
 @pytest.mark.parametrize("memory", [ShiftMemory, NoMemory])
 def test_practice_makes_networks_that_a_file_keeps(memory: type[ShiftMemory], quick: State, tmp_path: Any) -> None:
-    learned = practise_shifts(0, memory, 400, quick)
+    learned = practise_shifts(0, memory, 200, quick)
     file = tmp_path / "values.npz"
     write_state(learned.name, learned.state(), file)
     env = cells(8)

@@ -3,10 +3,11 @@
 import re
 import shutil
 from contextlib import closing
+from dataclasses import replace
 
 import pytest
 
-from agents.design import level_files
+from agents.design import answers, level_files, session
 from agents.pictures.door import open_front
 from tests.agents.design.conftest import served
 
@@ -17,7 +18,9 @@ PATIENCE = 60_000.0
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed")
-def test_an_engineer_moves_a_slider_and_saves_the_design(tmp_path):
+def test_an_engineer_moves_a_slider_and_saves_the_design(tmp_path, monkeypatch):
+    monkeypatch.setattr(answers, "LAST", replace(answers.LAST, shifts=6))
+    monkeypatch.setattr(session, "possible_changes", lambda line, item: [])
     front, complaints, foreign = open_front("127.0.0.1"), [], []
     with closing(served(front, "token", "single")) as made, playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)

@@ -9,6 +9,7 @@ from agents.line.changes import possible_changes, try_changes
 from agents.line.estimate import estimate
 from agents.line.plans import Conditions
 from pnt_gym.cells.line.config import LineConfig
+from tests.tools.nightly import with_nightly
 
 BOTTLE = {"name": "bottle", "shape": "cylinder", "size": [0.21, 0.065, 0.065], "mass": 0.025, "pick_chance": 0.97}
 CARTON = {"name": "carton", "shape": "box", "size": [0.12, 0.08, 0.05], "mass": 0.03, "pick_chance": 0.97}
@@ -69,10 +70,11 @@ PLANTS = {
     "full": (plant(**FULL), "missed", "bins that are never full"),
 }
 """Each plant with its main loss, and with the change that mends it."""
+DAILY = ("reach", "swap", "speed", "seal", "weight", "class")
 
 
 @pytest.mark.filterwarnings("ignore::pnt_gym.errors.ReachWarning", "ignore:.* stays empty")
-@pytest.mark.parametrize("name", PLANTS)
+@pytest.mark.parametrize("name", with_nightly(PLANTS, DAILY))
 def test_the_reason_names_the_main_loss_and_what_mends_it(name: str) -> None:
     level, loss, mend = PLANTS[name]
     line = LineConfig.load(level)

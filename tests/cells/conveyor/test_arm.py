@@ -19,6 +19,7 @@ from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
 from tests.tools.arms import changed, scara, six_axis
 from tests.tools.commands import call_here
+from tests.tools.nightly import with_nightly
 
 COBOT: dict[str, Any] = {
     "base": "waste", "robot": "ur10e_class", "limits": {"percent": [100]}, "belt": {"lane_y": [-0.40, -0.20]},
@@ -28,7 +29,7 @@ COBOT: dict[str, Any] = {
 """A cell of the shipped arm: it tosses over a hand's breadth or two."""
 
 
-@pytest.mark.parametrize("level", ["cobot", "scara", "six"])
+@pytest.mark.parametrize("level", with_nightly(["cobot", "scara", "six"], ["scara", "six"]))
 def test_hands_keep_to_their_paths_and_joints_to_their_limits(level, tmp_path):
     """Random corrections to the full, 80 throws; the study `arm` has 10,000."""
     settings = COBOT if level == "cobot" else {"base": str({"scara": scara, "six": six_axis}[level](tmp_path))}

@@ -29,7 +29,7 @@ def findings(name: str) -> Findings:
         "example": lambda: example.example_findings(starts=4),
         "margins": lambda: margins.margin_findings(starts=12, count=2, goals=8),
         "accessible": lambda: accessible.accessible_findings(SAMPLES),
-        "learning": lambda: learning.learning_findings(seeds=2, repeats=4),
+        "learning": lambda: learning.learning_findings(seeds=2, repeats=2),
         "acceptance": lambda: acceptance.acceptance_findings(goals=16),
         "sorting": lambda: tasks.sorting_findings(runs=4, practice=64),
         "assembly": lambda: tasks.assembly_findings(runs=4, practice=120),
