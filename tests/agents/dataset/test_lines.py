@@ -39,7 +39,7 @@ def levels(here: Path) -> Path:
 
 @pytest.mark.parametrize(
     ("level", "controller", "throws"),
-    [("value", "random", 30), ("skills3", "price_beam", 24), ("flight", "atc", 12)],
+    [("value", "random", 30), ("skills3", "price_beam", 30), ("flight", "atc", 12)],
 )
 def test_every_shift_comes_again_bit_for_bit(levels: Path, level: str, controller: str, throws: int) -> None:
     dataset = collected(*LINE, "--level", f"{level}.yaml", "--controller", controller, "--throws", f"{throws}")
