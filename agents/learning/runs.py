@@ -204,7 +204,8 @@ class RunFolder:
         if not file.is_file():
             raise UsageError(f"{str(self.path)!r} is not a run folder: it has no args.yml")
         state = file.stat()
-        return dict(_arguments(self.path, (state.st_dev, state.st_ino, state.st_mtime_ns, state.st_size)))
+        stamp = state.st_dev, state.st_ino, state.st_ctime_ns, state.st_mtime_ns, state.st_size
+        return dict(_arguments(self.path, stamp))
 
     @property
     def checkpoints(self) -> list[Path]:
@@ -322,7 +323,7 @@ class RunFolder:
 
 @lru_cache(maxsize=8)
 def _arguments(folder: Path, stamp: tuple[int, ...]) -> Mapping[str, Any]:
-    """Read args.yml of a folder, once for each stamp of the file: inode, time of change and size."""
+    """Read args.yml of a folder, once for each stamp of the file: inode, times of change and size."""
     data = read_yaml(folder / "args.yml", f"run folder {str(folder)!r} is damaged:")
     if isinstance(data, dict):
         data = {**LATER, **data}
