@@ -83,6 +83,14 @@ def replace_file(path: Path, write: Callable[[Path], object]) -> None:
         shutil.rmtree(parts, ignore_errors=True)
 
 
+def stamp(path: Path) -> tuple[int, ...]:
+    """What another content of a file changes: its place, times of change and size; nothing where there is no file."""
+    with suppress(OSError):
+        state = path.stat()
+        return state.st_dev, state.st_ino, state.st_ctime_ns, state.st_mtime_ns, state.st_size
+    return ()
+
+
 def write_text(path: Path, text: str) -> None:
     """Write a text file atomically.
 

@@ -34,7 +34,7 @@ from pnt_gym.errors import one_sentence
 from pnt_gym.reading import arrays_of, json_of, yaml_text
 
 from ..ground.cli import UsageError
-from ..ground.files import read_yaml, replace_file, sweep, temporary_path, write_json, write_text
+from ..ground.files import read_yaml, replace_file, stamp, sweep, temporary_path, write_json, write_text
 from ..ground.versions import git_state, versions
 from ..policies.actor import Actor
 from ..policies.scorer import Scorer
@@ -203,9 +203,7 @@ class RunFolder:
             raise UsageError(f"run folder {str(self.path)!r} does not exist")
         if not file.is_file():
             raise UsageError(f"{str(self.path)!r} is not a run folder: it has no args.yml")
-        state = file.stat()
-        stamp = state.st_dev, state.st_ino, state.st_ctime_ns, state.st_mtime_ns, state.st_size
-        return dict(_arguments(self.path, stamp))
+        return dict(_arguments(self.path, stamp(file)))
 
     @property
     def checkpoints(self) -> list[Path]:
@@ -322,8 +320,8 @@ class RunFolder:
 
 
 @lru_cache(maxsize=8)
-def _arguments(folder: Path, stamp: tuple[int, ...]) -> Mapping[str, Any]:
-    """Read args.yml of a folder, once for each stamp of the file: inode, times of change and size."""
+def _arguments(folder: Path, _stamp: tuple[int, ...]) -> Mapping[str, Any]:
+    """Read args.yml of a folder, once for each stamp of the file."""
     data = read_yaml(folder / "args.yml", f"run folder {str(folder)!r} is damaged:")
     if isinstance(data, dict):
         data = {**LATER, **data}

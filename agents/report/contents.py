@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from pnt_gym.constants import WORLD
 
-from ..ground.files import read_json
+from ..ground.files import read_json, stamp
 from ..reproduce import record
 from ..results import compare, content, study
 from ..results.content import ROWS, folder_of
@@ -27,7 +26,7 @@ def read(path: Path, *, trust: bool = False) -> Any:
     Raises:
         UsageError: the file is missing, too large, or not JSON; or it shows other figures than its throws give.
     """
-    return _read(path, trust, (_stamp(path), _stamp(folder_of(path) / ROWS)))
+    return _read(path, trust, (stamp(path), stamp(folder_of(path) / ROWS)))
 
 
 def older(world: int) -> str:
@@ -35,15 +34,8 @@ def older(world: int) -> str:
     return f"Measured in world {world}; `pnt_gym` simulates world {WORLD}, see CHANGELOG." if world < WORLD else ""
 
 
-def _stamp(path: Path) -> tuple[int, int]:
-    """Time and size of a file, which another content changes; zeros where there is none."""
-    with suppress(OSError):
-        return path.stat().st_mtime_ns, path.stat().st_size
-    return 0, 0
-
-
 @lru_cache(maxsize=64)
-def _read(path: Path, trust: bool, _stamps: tuple[tuple[int, int], ...]) -> Any:
+def _read(path: Path, trust: bool, _stamps: tuple[tuple[int, ...], ...]) -> Any:
     """Data of a file; a file that was written anew has another stamp."""
     data = read_json(path)
     if content.matches(data):

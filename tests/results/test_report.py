@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("results_as_they_stand")
 
 
 @pytest.fixture(scope="module")
-def chapters(results_as_they_stand):
+def chapters():
     """Chapters without their drawings, which the tests of the report look at."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", lambda *_, **__: None)
