@@ -101,11 +101,16 @@ def hand(time: float, plan: Plan, limits: Limits) -> tuple[float, float]:
     return way, speed
 
 
+def skew(vector: Floats) -> Floats:
+    """Matrix of a vector whose product with a second vector is the cross product of both."""
+    x, y, z = vector
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
 def turned(angle: Floats) -> Floats:
     """Rotation matrix of a rotation vector, by Rodrigues' formula."""
     size = np.linalg.norm(angle)
-    x, y, z = angle / max(size, 1e-12)
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    cross = skew(angle / max(size, 1e-12))
     return np.eye(3) + np.sin(size) * cross + (1 - np.cos(size)) * cross @ cross
 
 
@@ -124,7 +129,7 @@ def air(thing: Thing, velocity: Floats, spin: Floats, carried: Floats) -> tuple[
 
     Drag on the area that meets the flow, friction on the rest, Kutta lift and Magnus lift: the model of MuJoCo.
     """
-    velocity = velocity + np.cross(spin, [0, 0, thing.middle])
+    velocity = velocity + skew(spin) @ [0, 0, thing.middle]
     speed, (a, b, c), (x, y, z) = np.linalg.norm(velocity), np.sort(thing.half), thing.half
     tilted = (np.prod(thing.half) / thing.half) ** 2 * velocity
     met = np.pi * np.sqrt(tilted @ tilted / (tilted @ velocity))
@@ -132,13 +137,13 @@ def air(thing: Thing, velocity: Floats, spin: Floats, carried: Floats) -> tuple[
     drag = thing.drag * (met + 0.02 * (np.pi * b * c - met))
     force = -(AIR_DENSITY * speed * drag + 3 * np.pi * AIR_VISCOSITY * ball) * velocity
     share = kutta * met * (tilted @ velocity) / (speed * (tilted @ tilted))
-    force += AIR_DENSITY * share * np.cross(np.cross(tilted, velocity), velocity)
-    force += AIR_DENSITY * magnus * 4 / 3 * np.pi * a * b * c * np.cross(spin, velocity)
+    force += AIR_DENSITY * share * skew(skew(tilted) @ velocity) @ velocity
+    force += AIR_DENSITY * magnus * 4 / 3 * np.pi * a * b * c * skew(spin) @ velocity
     swept = 8 / 15 * np.pi * np.array([x * max(y, z) ** 4, y * max(z, x) ** 4, z * max(x, y) ** 4])
     torque = -AIR_DENSITY * np.linalg.norm(spin * swept) * spin
     moved = AIR_DENSITY * carried * velocity  # momentum of the air that the thing carries with it
-    force, torque = force + np.cross(moved, spin), torque + np.cross(moved, velocity)
-    return force, torque + np.cross([0, 0, thing.middle], force)
+    force, torque = force + skew(moved) @ spin, torque + skew(moved) @ velocity
+    return force, torque + skew([0, 0, thing.middle]) @ force
 
 
 def fly(thing: Thing, place: Floats, velocity: Floats, rim: float, share: float) -> Floats:
@@ -147,11 +152,10 @@ def fly(thing: Thing, place: Floats, velocity: Floats, rim: float, share: float)
     inertia = thing.gyration * thing.mass * ((thing.half**2).sum() - thing.half**2)
     places, carried = [place], carried_air(thing.half)
     while not (places[-1][2] < rim and velocity[2] < 0):
-        force, torque = air(thing, turn.T @ velocity, spin, carried)
-        force, torque = share * force, share * torque
+        force, torque = (share * part for part in air(thing, turn.T @ velocity, spin, carried))
         velocity = velocity + STEP * (turn @ force / thing.mass - [0, 0, GRAVITY])
         places.append(places[-1] + STEP * velocity)
-        spin = spin + STEP * (torque - np.cross(spin, inertia * spin)) / inertia
+        spin = spin + STEP * (torque - skew(spin) @ (inertia * spin)) / inertia
         turn = turn @ turned(STEP * spin)
     return np.array(places)
 
@@ -161,9 +165,7 @@ def throw(thing: Thing, pick: Floats, target: Floats, limits: Limits, share: flo
     planned = plan(pick, target, limits)
     way, speed = hand(planned.time + thing.delay, planned, limits)  # the vacuum lets go late, the hand has moved on
     flight = fly(thing, pick + way * planned.ahead + thing.hanging, speed * planned.ahead, target[2], share)
-    above, below = flight[-2:]
-    part = (above[2] - target[2]) / (above[2] - below[2])
-    return Throw(planned, flight, (above + part * (below - above))[:2])
+    return Throw(planned, flight, np.array([np.interp(-target[2], -flight[-2:, 2], flight[-2:, k]) for k in range(2)]))
 
 
 def coming(core: Any, row: int = 0) -> tuple[Thing, Floats, Floats, Limits]:
@@ -189,12 +191,10 @@ if __name__ == "__main__":
     for seed in range(3):
         env.reset(seed=seed)
         core: Any = env.unwrapped.core
-        arguments = coming(core)
-        result = throw(*arguments)
-        there = core.preview(np.zeros((1, 2)), jitter=True).landing[0]
-        miss, apart = result.landing - arguments[2][:2], result.landing - there
+        thing, pick, target, limits = coming(core)
+        done, there = throw(thing, pick, target, limits), core.preview(np.zeros((1, 2)), jitter=True).landing[0]
+        miss, apart = (1000 * np.linalg.norm(done.landing - place) for place in (target[:2], there))
         print(
-            f"{1000 * arguments[0].mass:.0f} g: release after {1000 * result.plan.distance:.0f} mm at "
-            f"{result.plan.speed:.2f} m/s, lands {1000 * np.hypot(*miss):.0f} mm from the target and "
-            f"{1000 * np.hypot(*apart):.2f} mm from the landing of the suite"
+            f"{1000 * thing.mass:.0f} g: release after {1000 * done.plan.distance:.0f} mm at {done.plan.speed:.2f} m/s"
+            f", lands {miss:.0f} mm from the target and {apart:.2f} mm from the landing of the suite"
         )
