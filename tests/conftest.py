@@ -11,6 +11,8 @@ from hypothesis import settings
 settings.register_profile("pnt_gym", deadline=None)
 settings.load_profile("pnt_gym")
 
+gc.disable()  # what is collected of tests stays to the end, so garbage is looked for after it only
+
 COARSE = 256
 """Width of the map of shadows in tests [pixels]."""
 
@@ -33,6 +35,7 @@ def pytest_configure(config):
 def pytest_collection_finish():
     """What is collected stays to the end: collectors of garbage need not look through these millions of objects."""
     gc.freeze()
+    gc.enable()
     gc.set_threshold(20_000, 20, 20)  # without what is frozen, a few new objects would already be a quarter of all
     atexit.register(gc.unfreeze)  # modules end as without tests
 

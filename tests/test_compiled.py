@@ -186,7 +186,7 @@ print(double({name}(4.0)), len(double.stats.cache_hits))
 
 
 def test_code_on_disk_of_a_class_that_is_gone_is_made_anew(tmp_path):
-    # Without bytecode on disk, which Python takes for current where a text of the same length is written within a second.
+    # Without bytecode on disk: Python takes it for that of another text of the same length and second.
     where = {"NUMBA_CACHE_DIR": tmp_path / "kept", "PYTHONPATH": tmp_path, "PYTHONDONTWRITEBYTECODE": 1}
     for name, hits in (("Old", "0"), ("New", "0"), ("New", "1")):
         (tmp_path / "kinds.py").write_text(KIND.format(name=name))

@@ -31,7 +31,7 @@ def options_of(module, monkeypatch, *words):
     return module.arguments()
 
 
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+@pytest.mark.parametrize("env_id", with_nightly(pnt_gym.ENV_IDS, ["PnTConveyor-v0", "PnTLine-v0", "PnTGrasp-v0"]))
 def test_ppo_learns_in_every_environment(env_id, monkeypatch):
     options = options_of(ppo, monkeypatch, env_id, "--steps", 32, "--cells", 4, "--rollout", 4)
     torch.manual_seed(options.seed)

@@ -25,7 +25,7 @@ from tests.tools.toy_cell import ToyVectorEnv
 
 SAMPLE = {"level": 10, "action": 20, "calls": 8, "line": 7, "file": 15, "output": 1, "infos": 1, "hours": 1}
 SAMPLE |= {**dict.fromkeys(FORMATS, 15), "resumed-folder": 6}  # a third of a second each
-DAILY = {kind: (count + 1) // 2 for kind, count in SAMPLE.items()}
+DAILY = {kind: (count + 3) // 4 for kind, count in SAMPLE.items()}
 SAMPLES = [*DAILY.items(), *((kind, 4 * count) for kind, count in SAMPLE.items())]
 
 

@@ -36,6 +36,7 @@ def _settings(**changes: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
+@pytest.mark.nightly
 def test_practice_in_the_very_cell_is_worth_more_than_a_policy_from_elsewhere() -> None:
     rows = list(shifts(_settings(), Amount(4, 0)))
     assert [(row["controller"], row["window"]) for row in rows] == [

@@ -18,7 +18,6 @@ from benchmarks import perf, timing
 from benchmarks.perf_cases import codes, planning, shares
 from benchmarks.perf_cases.cells import FLIGHT, LEVELS, Vector
 from benchmarks.timing import Count, Options, Timing
-from tests.tools.nightly import with_nightly
 
 RESULTS = Path(__file__).resolve().parents[1] / "results"
 
@@ -177,8 +176,8 @@ def test_cases_with_older_code_are_measured_where_it_is_given() -> None:
 STEPPED = [(*world, cells) for cells in (1, 2) for world in (("PnTLine-v0", "single"), ("PnTConveyor-v0", FLIGHT))]
 
 
-# Each day throws of a single cell, which is reset after each.
-@pytest.mark.parametrize(("env_id", "level", "cells"), with_nightly(STEPPED, [STEPPED[1]]))
+@pytest.mark.nightly
+@pytest.mark.parametrize(("env_id", "level", "cells"), STEPPED)
 def test_both_codes_step_in_turn(env_id: str, level: Any, cells: int) -> None:
     stepped = codes.Stepped(env_id, level, cells, 1, 3, None)
     rates = codes.pair_steps({"before": codes.ROOT, "now": codes.ROOT}, stepped, 1)

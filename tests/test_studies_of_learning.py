@@ -37,6 +37,7 @@ def test_nothing_is_gained_in_the_planners_own_world_and_much_in_another_one() -
     assert ideal["landing_error_m"]["value"] > -0.002
 
 
+@pytest.mark.nightly
 def test_added_errors_have_the_size_that_is_asked_for_and_cost_success() -> None:
     level = {**FLIGHT, "items": ["cap", "cork"], "bins": {"random": {"side": [0.05, 0.06], "item_clearance": 0.03}}}
     row = oracle.errors({"level": level, "errors_m": [0.011, 0.05]}, Amount(200, 0))

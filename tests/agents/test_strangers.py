@@ -60,7 +60,7 @@ FOLDERS: Final[dict[str, Callable[[Path], object]]] = {
 """What makes an honest folder another one, by what is wrong with it; for other files see `tests/test_reading.py`."""
 
 
-@pytest.mark.parametrize("kind", with_nightly(FOLDERS, ["many arrays"]))
+@pytest.mark.parametrize("kind", with_nightly(FOLDERS, ["large level"]))
 def test_a_folder_that_would_cost_memory_is_refused_in_a_sentence(kind: str, tmp_path: Path) -> None:
     shutil.copytree(POLICY, tmp_path / "run", ignore=shutil.ignore_patterns("*.mp4", "*.zip", "*.onnx"))
     FOLDERS[kind](tmp_path / "run")

@@ -74,6 +74,7 @@ def test_an_oracle_that_looks_ahead_changes_no_cell(env: Any) -> None:
     assert all(same_bits(one, other) for one, other in zip(steps(True), steps(False), strict=True))
 
 
+@pytest.mark.nightly
 def test_no_other_controller_sorts_as_much_and_none_of_its_throws_drops_an_object(env: Any, foreseen: Any) -> None:
     throws = {"oracle_grasp": foreseen, "fitted_q": throw_held_out(make_controller("fitted_q", env), env, 320, 4)}
     rate = {name: one.sorted.sum() / one.cycle_time.sum() for name, one in throws.items()}
@@ -83,6 +84,7 @@ def test_no_other_controller_sorts_as_much_and_none_of_its_throws_drops_an_objec
     assert oracle.sorted[oracle.picked].mean() > 0.95
 
 
+@pytest.mark.nightly
 def test_an_oracle_of_holds_drops_nothing_and_sorts_less_than_one_that_knows_landings(env: Any, foreseen: Any) -> None:
     holds, lands = throw_held_out(make_controller("oracle_grasp", env, lands=False), env, 320, 4), foreseen
     assert holds.info["dropped"][holds.picked].mean() < 0.01

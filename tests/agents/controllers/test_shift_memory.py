@@ -15,6 +15,7 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import observed, throw_held_out
 from agents.training.grasp_shifts import practise_attention, practise_shifts, read_gauge
+from tests.tools.nightly import with_nightly
 
 LEVEL = {"base": "grasp_shift", "picks_per_shift": 20, "drawn": {"kinds": 40, "seed": 1}}
 
@@ -23,7 +24,7 @@ def cells(count: int, **level: Any) -> Any:
     return make_vector("PnTGrasp-v0", {**LEVEL, **level}, count, 1)
 
 
-@pytest.mark.parametrize("name", ["remembering", "shift_values"])
+@pytest.mark.parametrize("name", with_nightly(["remembering", "shift_values"], ["shift_values"]))
 def test_a_memory_finds_the_error_of_the_cup_within_a_shift(name: str) -> None:
     env = cells(16)
     controller: Any = make_controller(name, env)
@@ -39,7 +40,7 @@ def test_a_memory_finds_the_error_of_the_cup_within_a_shift(name: str) -> None:
     assert after < 0.75 * before
 
 
-@pytest.mark.parametrize("name", ["remembering", "shift_values"])
+@pytest.mark.parametrize("name", with_nightly(["remembering", "shift_values"], ["shift_values"]))
 def test_a_new_shift_has_nothing_of_the_last(name: str) -> None:
     env = cells(4)
     controller = make_controller(name, env)
@@ -51,6 +52,7 @@ def test_a_new_shift_has_nothing_of_the_last(name: str) -> None:
     np.testing.assert_allclose(one.cycle_time, first.cycle_time[::4], rtol=1e-9)
 
 
+@pytest.mark.nightly
 def test_a_memory_sorts_more_than_a_rule_without_one() -> None:
     env = cells(32)
     throws = {name: throw_held_out(make_controller(name, env), env, 640, 1) for name in ("flattest", "remembering")}
@@ -77,7 +79,7 @@ def quick() -> Iterator[State]:
         yield practise_attention(networks_foretell(), 400, 1)
 
 
-@pytest.mark.parametrize("memory", [ShiftMemory, NoMemory])
+@pytest.mark.parametrize("memory", with_nightly([ShiftMemory, NoMemory], [ShiftMemory]))
 def test_practice_makes_networks_that_a_file_keeps(memory: type[ShiftMemory], quick: State, tmp_path: Any) -> None:
     learned = practise_shifts(0, memory, 200, quick)
     file = tmp_path / "values.npz"

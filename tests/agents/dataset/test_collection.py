@@ -102,6 +102,7 @@ def test_what_is_stopped_goes_on_and_leaves_no_dataset(here: Path, monkeypatch: 
     assert not (here / "kept").exists()
 
 
+@pytest.mark.nightly
 def test_what_was_learned_travels(here: Path) -> None:
     """A chunk acts as the controller that has practised would."""
     options = ("--env", "OneJointSort-v0", "--practice", "48", "--throws", "8", "--seed", "3")

@@ -165,7 +165,7 @@ def alone(here: Path) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("alone")
-@pytest.mark.parametrize("which", with_nightly(CELLS, ["shifts", "drift", "assembly", "silent"]))
+@pytest.mark.parametrize("which", with_nightly(CELLS, ["drift", "silent"]))
 def test_any_task_and_controller(here: Path, which: str) -> None:
     (here / "short.yaml").write_text(yaml.safe_dump({"base": "waste", "picks_per_shift": 3}))
     (here / "mild.yaml").write_text(yaml.safe_dump({"mismatch": 0.1}))

@@ -20,6 +20,7 @@ from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import refused
 from tests.tools.datasets import SMALL, collected, column, known, replayed
 from tests.tools.line import with_table
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import SHORT_LINE
 
 pytestmark = pytest.mark.usefixtures("worker_here")
@@ -37,9 +38,12 @@ def levels(here: Path) -> Path:
     return here
 
 
+FLOWN = ("flight", "atc", 12)
+
+
 @pytest.mark.parametrize(
     ("level", "controller", "throws"),
-    [("value", "random", 30), ("skills3", "price_beam", 30), ("flight", "atc", 12)],
+    with_nightly([("value", "random", 30), ("skills3", "price_beam", 30), FLOWN], [FLOWN]),
 )
 def test_every_shift_comes_again_bit_for_bit(levels: Path, level: str, controller: str, throws: int) -> None:
     dataset = collected(*LINE, "--level", f"{level}.yaml", "--controller", controller, "--throws", f"{throws}")

@@ -253,6 +253,7 @@ def test_a_settled_answer_is_that_of_line_plan_to_the_bit():
     assert {name: row[name] for name in found.row} == found.row
 
 
+@pytest.mark.nightly
 def test_random_events_leave_a_valid_design_and_no_fault(quick):
     rng, refused = np.random.default_rng(0), 0
     for _ in range(300):

@@ -355,6 +355,7 @@ def test_options_have_ranges(option: str, value: str) -> None:
     refused("agents.fit", "--level", "waste", *option.split(), value)
 
 
+@pytest.mark.nightly
 def test_twins_of_a_users_level(tmp_path: Path) -> None:
     output_of("fit --level waste --twins 1 --landings 12 --free valve --seed 99999999999999999999", tmp_path)
     said = output_of("fit --level waste --twins 1 --landings 12 --free valve tau stiffness", tmp_path)
@@ -362,6 +363,7 @@ def test_twins_of_a_users_level(tmp_path: Path) -> None:
     assert "delays of items" in said
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("small_pool")
 def test_a_twin_lands_as_many_throws_as_asked() -> None:
     twin = twins.make(WASTE, 5, 15, planned=True)

@@ -31,6 +31,7 @@ def fitted() -> TryNetwork:
     return network
 
 
+@pytest.mark.nightly
 def test_tries_of_a_kind_tell_where_it_leaks(fitted: TryNetwork) -> None:
     shown, errors = of_hidden_kinds(400, 8), {0: list[float](), 7: list[float]()}
     for first in range(200 * 8, 260 * 8, 8):  # of kinds that were not learned

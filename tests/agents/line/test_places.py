@@ -87,6 +87,7 @@ def test_layouts_that_are_no_line_cost_no_estimate_and_never_end_a_search(monkey
     assert search.tried == before
 
 
+@pytest.mark.nightly
 def test_an_improvement_is_judged_in_the_full_physics(monkeypatch):
     monkeypatch.setattr("agents.line.places.SETTLED", 32)
     monkeypatch.setattr("agents.line.places.FLIGHTS", (32, 48, 64))

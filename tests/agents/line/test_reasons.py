@@ -70,7 +70,7 @@ PLANTS = {
     "full": (plant(**FULL), "missed", "bins that are never full"),
 }
 """Each plant with its main loss, and with the change that mends it."""
-DAILY = ("reach", "swap", "speed", "seal", "weight", "class")
+DAILY = ("reach", "seal", "class")
 
 
 @pytest.mark.filterwarnings("ignore::pnt_gym.errors.ReachWarning", "ignore:.* stays empty")

@@ -180,6 +180,7 @@ def test_without_a_render_mode_there_is_nothing_to_see():
     assert gym.make_vec("PnTRelease-v0", num_envs=2).render() is None
 
 
+@pytest.mark.nightly
 def test_a_list_of_frames_covers_the_last_throw():
     """The list mode hands out what the view recorded; small frames keep the test short."""
     env = gym.make("PnTConveyor-v0", render_mode="rgb_array_list").unwrapped

@@ -8,6 +8,7 @@ from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import measured_hold, smallest_margin
 from pnt_gym.errors import ConfigError
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import untried
 
 COUNT = 60
@@ -33,7 +34,7 @@ def test_without_a_rule_everything_is_thrown():
     assert names(core_of(MIXED)) == set(MIXED["items"])
 
 
-@pytest.mark.parametrize("picks", ["independent", "belt"])
+@pytest.mark.parametrize("picks", with_nightly(["independent", "belt"], ["belt"]))
 def test_what_air_carries_away_rides_on(picks):
     core = core_of(MIXED, picks, drag_area=2.0)
     for _ in range(3):

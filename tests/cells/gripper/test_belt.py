@@ -14,7 +14,6 @@ from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.hidden import draw_hidden
 from pnt_gym.robots.gripper import check_pose, inverse_kinematics
 from tests.tools.gripper import made, oracle
-from tests.tools.nightly import with_nightly
 
 COUNT = 100
 LIFT = 0.050
@@ -145,7 +144,8 @@ def test_loops_stay_closed_and_the_angle_is_kept():
 LIFTER = made("belt", COUNT)
 
 
-@pytest.mark.parametrize("kind", with_nightly(range(3), [1]))
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", range(3))
 def test_ninety_eight_of_a_hundred_grasps_from_the_belt_lift_without_slip(kind):
     kinds, rng = np.full(COUNT, kind), np.random.default_rng(20 + kind)
     place = np.stack([rng.uniform(*TABLE.pick_x, COUNT), rng.uniform(*TABLE.pick_y, COUNT)], axis=-1)

@@ -16,6 +16,7 @@ from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.robots.gripper import MOTOR_SPEED, inverse_kinematics
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
+from tests.tools.nightly import with_nightly
 from tests.tools.reproduced import assert_plain
 
 
@@ -39,7 +40,7 @@ def row(name: str, quantity: str) -> Row:
     return next(r for r in findings(name).rows if r.quantity == f"leveziel/{quantity}")
 
 
-@pytest.mark.parametrize("name", ["cycle", "grasps"])
+@pytest.mark.parametrize("name", with_nightly(["cycle", "grasps"], ["grasps"]))
 def test_rows_and_data_are_plain_json_and_figures_are_drawings(name: str) -> None:
     found = findings(name)
     assert_plain(found, "leveziel")

@@ -62,7 +62,7 @@ def test_limits_hold_at_10_khz(name, request):
     assert max(r[0] for r in motion.peak_ratios(MotionLimits(*limits_of(name)))) >= 0.99999
 
 
-@pytest.mark.parametrize("name", ["lame", "relaxed", "strict", "falling"])
+@pytest.mark.parametrize("name", with_nightly(["lame", "relaxed", "strict", "falling"], ["lame", "falling"]))
 def test_samples_are_each_others_derivatives_on_the_path(name, request):
     motion = request.getfixturevalue(name)
     knots = motion.knot_times
