@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from difflib import SequenceMatcher
 from functools import wraps
-from typing import Final, ParamSpec, TypeVar
+from typing import Any, Final, ParamSpec, TypeVar, get_args, get_type_hints
 
 from pnt_gym.errors import ConfigError, one_sentence
 
@@ -84,12 +84,24 @@ def join_names(names: Sequence[object], known: Sequence[str], room: int = MOST_T
     return f"{', '.join(few)} and {len(known) - len(few)} more"
 
 
+def keywords(function: Callable[..., Any]) -> list[str]:
+    """Names of the keywords that a function takes, those of an unpacked `TypedDict` included."""
+    known = list[str]()
+    for name, part in inspect.signature(function).parameters.items():
+        if part.kind is inspect.Parameter.VAR_KEYWORD:
+            (settings,) = get_args(get_type_hints(function)[name])
+            known += settings.__annotations__
+        elif name != "self":
+            known.append(name)
+    return known
+
+
 def check_keywords(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:
     """Return a function that refuses keyword arguments which it does not have, and names those that it has.
 
     Python would raise a TypeError without the valid names, and Gymnasium adds all arguments to a TypeError.
     """
-    known = [name for name in inspect.signature(function).parameters if name != "self"]
+    known = keywords(function)
 
     @wraps(function)
     def call(*args: _Parameters.args, **kwargs: _Parameters.kwargs) -> _Result:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from pnt_gym.cells.base.canvas import RENDER_MODES
+from pnt_gym.cells.base.canvas import RENDER_MODES, Picture
 from pnt_gym.cells.base.cell import Cell
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import MOST_DRAWS, REQUEST_OPTIONS
@@ -31,6 +31,7 @@ from pnt_gym.envs.gripper import GripperTossEnv
 from pnt_gym.envs.line import PnTLineEnv
 from pnt_gym.envs.one_joint import OneJointAssemblyEnv, OneJointSortEnv, OneJointThrowEnv
 from pnt_gym.envs.vector import ThrowVectorEnv
+from pnt_gym.names import keywords
 
 
 @dataclass(frozen=True)
@@ -265,19 +266,25 @@ def test_the_infos_are_the_written_ones(env_class):
     assert set(first) <= named
 
 
+def defaults(form):
+    """Defaults of the arguments of a class of environments, by name; a camera that is None changes nothing."""
+    given = inspect.signature(form.__init__).parameters
+    picture = {name: getattr(Picture(), name) for name in ("width", "height")} | {"camera": None}
+    return {name: given[name].default if name in given else picture[name] for name in keywords(form.__init__)}
+
+
 def test_arguments_are_those_of_the_constructors(env_class):
     rows = {row[0].strip("`"): row for row in table(section(env_class, "Arguments"))}
-    single = inspect.signature(env_class.__init__).parameters
-    vector = inspect.signature(ThrowVectorEnv.__init__).parameters
-    assert set(rows) == (set(single) | set(vector)) - {"self"}
+    single, vector = (defaults(form) for form in (env_class, ThrowVectorEnv))
+    assert set(rows) == set(single) | set(vector)
     for name, (_, _, default, _) in rows.items():
-        own = (single if name in single else vector)[name].default
+        own = (single if name in single else vector)[name]
         if name == "threads":
-            assert default == f"{own} (vector: {vector[name].default})"
+            assert default == f"{own} (vector: {vector[name]})"
         else:
             assert default.strip("`") == (f'"{own}"' if isinstance(own, str) else str(own))
-    for name in set(single) & set(vector) - {"self", "threads"}:
-        assert single[name].default == vector[name].default
+    for name in set(single) & set(vector) - {"threads"}:
+        assert single[name] == vector[name]
 
 
 def test_modes_and_views_are_all_named(env_class):

@@ -10,7 +10,7 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from numbers import Integral
 from types import MappingProxyType
-from typing import Any, ClassVar, Final, Protocol, TypeAlias, cast
+from typing import Any, ClassVar, Final, Protocol, TypeAlias, Unpack, cast
 
 import gymnasium as gym
 import numpy as np
@@ -19,7 +19,7 @@ from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Ints
-from pnt_gym.cells.base.canvas import DRAWING_LOCK, FPS, RENDER_MODES, SIZE, Picture
+from pnt_gym.cells.base.canvas import DRAWING_LOCK, FPS, RENDER_MODES, Picture, PictureSettings
 from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.cells.base.config import Level, LevelConfig, describes_a_cell, serialize_level
 from pnt_gym.cells.base.core import Core, Step
@@ -199,7 +199,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
         action_mode: meaning of an action; None for the cell's default.
         threads: threads of the physics; results do not depend on this number.
         render_mode: one of `RENDER_MODES`, or None.
-        width, height, camera: see `Picture`.
+        picture: width, height and camera, see `Picture`.
 
     Raises:
         ConfigError: an unknown argument, action mode or render mode, no working cell, or no picture.
@@ -224,9 +224,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
         action_mode: str | None = None,
         threads: int = 1,
         render_mode: str | None = None,
-        width: int = SIZE[1],
-        height: int = SIZE[0],
-        camera: Mapping[str, Any] | None = None,
+        **picture: Unpack[PictureSettings],
     ) -> None:
         offered: list[str] = type(self).metadata["render_modes"]
         if render_mode is not None and render_mode not in offered:
@@ -234,7 +232,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
         if not has_display():  # what this machine can do; a class tells what there is
             modes = [mode for mode in offered if mode != "human"]
             vars(self)["metadata"] = {**self.metadata, "render_modes": modes}
-        self._picture = Picture.of(width, height, camera)
+        self._picture = Picture.of(**picture)
         self.core = self.make_core(level, action_mode, 1, threads)
         warn_of_threads(threads)
         self.observation_space = self.core.observation_space

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from numbers import Integral
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Unpack
 
 import numpy as np
 from gymnasium import Space
@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools
-from pnt_gym.cells.base.canvas import DRAWING_LOCK, FPS, SIZE, Picture
+from pnt_gym.cells.base.canvas import DRAWING_LOCK, FPS, Picture, PictureSettings
 from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.base.core import Step
 from pnt_gym.envs.base import NOTHING, CoreEnv, Facade, Observation, request_of, row_of, seed_of, warn_of_threads
@@ -33,11 +33,11 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         action_mode: meaning of an action; None for the cells' default.
         threads: threads of the physics; results do not depend on this number.
         render_mode: "rgb_array" or None.
-        width, height, camera: see `Picture`.
         autoreset_mode: when a cell begins a new episode: in the step that ends the old episode, in the next step, in
             which the cell does not throw, or only at a reset.
         max_episode_steps: steps after which an episode is truncated; None for the cells' own limit alone.
         disable_env_checker: True or None, as in calls of `gymnasium.make`; a vector environment has no checker.
+        picture: width, height and camera, see `Picture`.
 
     Raises:
         ConfigError: an argument is unknown or out of its range, or the level describes no cell that works.
@@ -60,12 +60,10 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         action_mode: str | None = None,
         threads: int = 2,
         render_mode: str | None = None,
-        width: int = SIZE[1],
-        height: int = SIZE[0],
-        camera: Mapping[str, Any] | None = None,
         autoreset_mode: str | AutoresetMode = "SameStep",
         max_episode_steps: int | None = None,
         disable_env_checker: bool | None = None,
+        **picture: Unpack[PictureSettings],
     ) -> None:
         self._autoreset = self._checked(render_mode, autoreset_mode, disable_env_checker)
         if max_episode_steps is not None:
@@ -75,7 +73,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
                 raise ConfigError(f"max_episode_steps is {said}; it must be a whole number, at least 1, or None")
         self._limit = None if max_episode_steps is None else int(max_episode_steps)
         vars(self)["metadata"] = {**self.metadata, "autoreset_mode": self._autoreset}
-        self._picture = Picture.of(width, height, camera)
+        self._picture = Picture.of(**picture)
         self.core = self.single.make_core(level, action_mode, num_envs, threads)
         warn_of_threads(threads)
         self.num_envs = num_envs

@@ -1,6 +1,5 @@
 """PnTLine-v0 as Gymnasium sees it: masks, rewards, the end of a shift, and what a manual says of all that."""
 
-import inspect
 import re
 from typing import Any
 
@@ -13,6 +12,7 @@ from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE
 from pnt_gym.envs.line import PnTLineEnv
 from pnt_gym.errors import ConfigError
+from pnt_gym.names import keywords
 from tests.test_docs import section, table, words
 from tests.tools.line import with_table
 from tests.tools.throws import SHORT_LINE, same_bits
@@ -239,7 +239,7 @@ def test_the_infos_are_the_written_ones(throws):
 
 def test_the_arguments_are_those_of_the_constructor():
     rows = {row[0].strip("`"): row for row in tables("Arguments")[0]}
-    single = set(inspect.signature(PnTLineEnv.__init__).parameters) - {"self"}
+    single = set(keywords(PnTLineEnv.__init__))
     assert set(rows) == single | {"num_envs", "autoreset_mode", "max_episode_steps", "disable_env_checker"}
     levels = LineConfig.load("single")
     assert f"{levels.duration:g} s unless the level says otherwise" in words(PnTLineEnv, "Episode End")

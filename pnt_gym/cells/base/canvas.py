@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Self, final
+from typing import Any, Final, Self, TypedDict, Unpack, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,14 @@ class Viewpoint(Section):
     elevation: Finite | None = Field(default=None, description="Direction of the view above the horizontal [deg].")
 
 
+class PictureSettings(TypedDict, total=False):
+    """Settings of a cell's pictures, as keywords: fields of `Picture`."""
+
+    width: int
+    height: int
+    camera: Mapping[str, Any] | None
+
+
 @final
 class Picture(Section):
     """Size and camera of a cell's pictures."""
@@ -62,14 +70,14 @@ class Picture(Section):
     camera: Viewpoint = Viewpoint()
 
     @classmethod
-    def of(cls, width: int, height: int, camera: Mapping[str, Any] | None) -> Self:
-        """A picture from a user's values.
+    def of(cls, **settings: Unpack[PictureSettings]) -> Self:
+        """A picture from a user's values; a camera that is None changes nothing.
 
         Raises:
             ConfigError: a value out of its range, or an unknown key of the camera.
         """
         try:
-            return cls.model_validate({"width": width, "height": height, "camera": {} if camera is None else camera})
+            return cls.model_validate({**settings, "camera": {} if (seen := settings.get("camera")) is None else seen})
         except ValidationError as error:
             raise ConfigError(*list_problems("picture", error, cls)) from None
 

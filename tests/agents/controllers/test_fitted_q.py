@@ -35,7 +35,6 @@ def test_what_ships_sorts_faster_than_the_middle(env: Any) -> None:
     assert rate(make_controller("fitted_q", env), env) > 1.05 * rate(make_controller("centre", env), env)
 
 
-@pytest.mark.nightly
 def test_a_short_practice_learns_from_rewards(env: Any, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("torch")
     monkeypatch.setattr("agents.controllers.fitted_q.QUICK_STEPS", 75)

@@ -89,7 +89,6 @@ def test_landings_tell_the_numbers_of_a_cell() -> None:
     assert error[NUMBERS.index("blow_off")] < 0.7
 
 
-@pytest.mark.nightly
 def test_the_error_falls_over_a_shift_and_below_that_of_a_filter_of_delays() -> None:
     rows = 8
     with closing(_cells(rows)) as env:

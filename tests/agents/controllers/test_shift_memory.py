@@ -52,7 +52,6 @@ def test_a_new_shift_has_nothing_of_the_last(name: str) -> None:
     np.testing.assert_allclose(one.cycle_time, first.cycle_time[::4], rtol=1e-9)
 
 
-@pytest.mark.nightly
 def test_a_memory_sorts_more_than_a_rule_without_one() -> None:
     env = cells(32)
     throws = {name: throw_held_out(make_controller(name, env), env, 640, 1) for name in ("flattest", "remembering")}

@@ -39,7 +39,6 @@ def robots(*places: float) -> list[dict[str, Any]]:
     return [{"name": f"robot {number}", "x": x} for number, x in enumerate(places)]
 
 
-@pytest.mark.nightly
 def test_long_shifts_begin_near_and_far_from_the_origin():
     """In a process of its own: a loop without end in machine code could not be stopped otherwise."""
     subprocess.run([sys.executable, "-c", BEGIN], check=True, timeout=120.0)

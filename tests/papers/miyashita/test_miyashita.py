@@ -39,8 +39,8 @@ def findings(name: str) -> Findings:
         return small[name]()
 
 
-DAILY = ("example", "margins", "sorting", "formulas")
-NIGHTLY = ("accessible", "learning", "acceptance", "assembly")
+DAILY = ("example", "margins", "learning", "sorting", "formulas")
+NIGHTLY = ("accessible", "acceptance", "assembly")
 """What takes seconds; the daily run tests the counts that these parts are made of."""
 ALL = with_nightly((*DAILY, *NIGHTLY), DAILY)
 
@@ -147,7 +147,6 @@ def test_cells_of_the_space_hold_what_lands_in_them() -> None:
     assert release_states_batch(z[:200]).feasible.all()
 
 
-@pytest.mark.nightly
 def test_ten_throws_bring_the_block_to_the_paper_goal() -> None:
     for delay in (0, 5, 10):
         r = row("learning", f"learning/delay-{delay}ms/K-1")
@@ -184,7 +183,6 @@ def test_rows_of_one_case_draw_the_same_and_others_do_not() -> None:
     assert (alone.measured[:, 0] == error[:, 2]).all()
 
 
-@pytest.mark.nightly
 def test_fig_10_comes_out_for_every_gain_that_does_not_overshoot() -> None:
     rows = [r.as_json() for r in findings("learning").rows]
     assert set(finding.judge(rows).values()) == {"reproduced"}
@@ -194,7 +192,6 @@ def test_fig_10_comes_out_for_every_gain_that_does_not_overshoot() -> None:
 @pytest.mark.parametrize(
     ("scale", "verdict"), [("0.3-0.1", "reproduced"), ("0.1-0.1", "differs"), ("bounds", "differs")]
 )
-@pytest.mark.nightly
 def test_t_of_equation_35_decides_the_angle_of_fig_10(scale: str, verdict: str) -> None:
     rows = {name: row("learning", f"fig-10/T-{scale}/{name}") for name in ("position", "angle", "speed")}
     assert rows["angle"].verdict == verdict

@@ -263,7 +263,6 @@ def test_the_clock_of_some_rows_rides_as_well():
     np.testing.assert_allclose(part.velocity, np.tile([FAST, 0.0, 0.0], (2, 5, 1)), atol=1e-9)
 
 
-@pytest.mark.nightly
 def test_a_short_throw_beside_a_long_wait_is_simulated_to_its_own_end():
     """A hand that rides does not ride on, out of the robot's reach, until the longest throw of the batch is over."""
     core = make_core(vary("nominal", belt={"spacing": [0.02, 4.0]}), 6, picks="belt", threads=2)
