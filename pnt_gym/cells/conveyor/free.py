@@ -6,7 +6,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, length, take
+from pnt_gym.arrays import Bools, Floats, Ints, length, take, take_rows
 from pnt_gym.cells.base import freefall, settle_kernel
 from pnt_gym.cells.base.airborne import STATE, Airborne, BinShape, Ground, Solid, Vicinity
 from pnt_gym.cells.base.bodies import MODEL_FIELDS, ModelFields, write_object
@@ -108,7 +108,8 @@ class FreeObjects:
             last = np.maximum(height.shape[1] - 1 - np.argmax(above[:, ::-1], axis=1), 0)
             first = (last * above.any(axis=1))[rows]
             remaining = (clock.end - clock.release)[rows] - first * clock.stride
-            end = self.settle(rows, take(context, rows), take(flying, rows), records[rows, first], remaining)
+            thrown, falling = take_rows(context, rows, len(rim)), take_rows(flying, rows, len(rim))
+            end = self.settle(rows, thrown, falling, records[rows, first], remaining)
             position[rows], velocity[rows] = end.position, end.velocity
         return Touchdown(landing, position, velocity, np.zeros_like(touched)), touched
 
@@ -127,7 +128,7 @@ class FreeObjects:
         """
 
         def write(index: Ints, state: Floats) -> None:
-            self._write(rows[index], take(context, index), state[:, :7], state[:, 7:])
+            self._write(rows[index], take_rows(context, index, count), state[:, :7], state[:, 7:])
 
         # Bodies of N objects, and what they may meet.
         body = flying.body

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.rows import Bools2, Floats1, Floats3, Pair, Row, Rows, Rows1, Rows2, Triple, field, put
 
 CHOICES: Final = 16
@@ -325,9 +325,13 @@ class LineState(NamedTuple):
             turns=self.turns.copy(), arms=self.arms.copy(), choices=self.choices.copy(), accounts=self.accounts.copy()
         )
 
-    def next(self) -> Self:
-        """The state for the next decisions: with arrays of its own, but for the books."""
-        return self._replace(turns=self.turns.copy(), arms=self.arms.copy(), choices=self.choices.copy())
+    def next(self, lines: Bools) -> Self:
+        """The state for the next decisions of some lines (N,): with arrays of its own, but for the books.
+
+        Choices of these lines are arbitrary, to be written; those of the others stay.
+        """
+        choices = np.empty_like(self.choices) if lines.all() else self.choices.copy()
+        return self._replace(turns=self.turns.copy(), arms=self.arms.copy(), choices=choices)
 
     def take(self, lines: Ints) -> Self:
         """The states of some lines (K,), with arrays of their own."""
