@@ -12,27 +12,47 @@ import inspect
 import sys
 import warnings
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from types import FunctionType
 from typing import Annotated, Any, Final, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numba
-import numba.core.dispatcher
 import numpy as np
+from numba.core import boxing, dispatcher, pythonapi, serialize
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 
+_BOXING: Final[Any] = boxing
+_API: Final[Any] = pythonapi
+_SERIALIZE: Final[Any] = serialize
+_TUPLE: Final[Any] = tuple
 _NJIT: Final[Any] = partial(numba.njit, error_model="numpy", nogil=True)
 """Divisions as in numpy, inf and NaN instead of exceptions; other threads go on meanwhile.
 
 No `fastmath`: every operation is rounded as written."""
 
-_DISPATCHER: Final[Any] = numba.core.dispatcher.Dispatcher
+_DISPATCHER: Final[Any] = dispatcher.Dispatcher
 """What numba makes of a function."""
 
 _CONSTANT: Final[Any] = (bool, int, float, tuple, np.generic, np.dtype)
 """What numba freezes into machine code where a function reads a global name."""
+
+
+def _box(kind: Any, value: Any, given: Any) -> Any:
+    """Code that makes a NamedTuple of a compiled function's result, without a call of its class, which is Python."""
+    api, parts = given.pyapi, _BOXING.box_tuple(kind, value, given)
+    make, of = map(api.unserialize, map(api.serialize_object, (_TUPLE.__new__, kind.instance_class)))
+    made = api.call_function_objargs(make, (of, parts))
+    for done in (parts, make, of):
+        api.decref(done)
+    return made
+
+
+# Python handles signals where Python code begins. Numba calls Python code for every array and NamedTuple that compiled
+# code returns, and goes on without it where Ctrl-C ended that code: the process would end by a fault of memory.
+_SERIALIZE._numba_unpickle = lru_cache(maxsize=None)(_SERIALIZE._numba_unpickle)
+_API._boxers.functions |= dict.fromkeys((numba.types.NamedTuple, numba.types.NamedUniTuple), _box)
 
 
 def kernel_part(function: FunctionT) -> FunctionT:
@@ -116,8 +136,8 @@ def _is_kept(file: Any) -> bool:
 def digest(function: FunctionType) -> str:
     """The digest of what the machine code of a function is made from.
 
-    This is the text of the files that hold the function and every compiled function that it calls, at any depth, and
-    the value of every constant that these functions read.
+    This is the text of this file, of the files that hold the function and every compiled function that it calls, at any
+    depth, and the value of every constant that these functions read.
     """
     functions: list[FunctionType] = [function]
     constants: set[tuple[str, str]] = set()
@@ -128,7 +148,7 @@ def digest(function: FunctionType) -> str:
                 functions.append(value.py_func)
             elif isinstance(value, _CONSTANT):
                 constants.add((f"{caller.__module__}.{name}", repr(value)))
-    texts = sorted({_text(inspect.getfile(part)) for part in functions})
+    texts = sorted({_text(file) for file in (__file__, *map(inspect.getfile, functions))})
     return hashlib.sha256(repr((texts, sorted(constants))).encode()).hexdigest()
 
 

@@ -7,14 +7,20 @@ import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
+import gymnasium as gym
 import numba
 import numpy as np
 import pytest
 
+import pnt_gym
 from agents.ground.places import SHIPPED as ROOT
 from pnt_gym import compiled
+from pnt_gym.compiled import kernel
+from pnt_gym.rows import Floats1
 from tests.tools.commands import environment, run_python
+from tests.tools.nightly import with_nightly
 
 # Prints the plans of 400 throws under a ceiling and in a workspace as hexadecimal bytes.
 PLAN = """
@@ -192,6 +198,86 @@ def test_code_on_disk_of_a_class_that_is_gone_is_made_anew(tmp_path):
         (tmp_path / "kinds.py").write_text(KIND.format(name=name))
         done = run("import kinds", **where)
         assert (done.stdout.split(), done.stderr) == (["8.0", hits], "")
+
+
+class Inner(NamedTuple):
+    first: Floats1
+    second: float
+
+
+class Outer(NamedTuple):
+    inner: Inner
+    third: Floats1
+
+
+@kernel
+def nest(size: int) -> Outer:
+    return Outer(Inner(np.zeros(size), 1.0), np.ones(size))
+
+
+def entered(call):
+    """Files of the Python code that a call enters."""
+    files = []
+    sys.setprofile(lambda frame, event, _: files.append(frame.f_code.co_filename) if event == "call" else None)
+    try:
+        call()
+    finally:
+        sys.setprofile(None)
+    return files
+
+
+def test_results_are_made_without_python_code():
+    """Python handles signals where Python code begins; what Ctrl-C ended there, machine code would take for made."""
+    nest(2)
+    assert set(entered(lambda: nest(3))) <= {__file__}
+    made = nest(3)
+    assert (type(made), type(made.inner)) == (Outer, Inner)
+    assert (made.inner.first.tolist(), made.inner.second, made.third.tolist()) == ([0.0] * 3, 1.0, [1.0] * 3)
+
+
+@pytest.mark.parametrize("env_id", with_nightly(pnt_gym.ENV_IDS, ["PnTConveyor-v0", "PnTLine-v0"]))
+def test_a_step_enters_no_python_code_of_numba(env_id):
+    env = gym.make_vec(env_id, num_envs=2)
+
+    def steps():
+        env.reset(seed=3)
+        for _ in range(6):
+            env.step(np.zeros(env.action_space.shape, env.action_space.dtype))
+
+    steps()  # what is made for the first time may
+    files = entered(steps)
+    assert len(files) > 500
+    assert not [file for file in files if "numba" in file]
+
+
+INTERRUPTED = """
+import random, signal
+import gymnasium as gym, numpy as np, pnt_gym
+
+env = gym.make("PnTConveyor-v0", level={"base": "waste", "fidelity": "flight"})
+env.reset(seed=0)
+
+def step(count):
+    for _ in range(count):
+        *_, terminated, truncated, info = env.step(np.zeros(2, np.float32))
+        if terminated or truncated:
+            env.reset()
+
+step(100)
+signal.signal(signal.SIGALRM, signal.default_int_handler)
+for _ in range(300):
+    try:
+        signal.setitimer(signal.ITIMER_REAL, random.uniform(1e-4, 5e-3))
+        step(10**9)
+    except KeyboardInterrupt:
+        env.reset(seed=0)
+print("unharmed")
+"""
+
+
+@pytest.mark.nightly
+def test_three_hundred_interrupts_do_no_harm():
+    assert run(INTERRUPTED).stdout == "unharmed\n"
 
 
 def test_a_notebook_hears_that_machine_code_is_made_and_a_log_does_not(capsys, monkeypatch):
