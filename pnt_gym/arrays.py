@@ -163,13 +163,23 @@ def join_columns(first: Floats, *columns: Floats | float) -> Floats:
 
 
 def words(rows: NDArray[Any]) -> Floats:
-    """The rows as doubles, with one more axis: a view; NumPy copies rows of many fields one field after the other."""
+    """The rows as doubles, with one more axis: a view."""
     return rows[..., None].view(np.float64)
 
 
 def rows_of_words(doubles: Floats, dtype: np.dtype[np.void]) -> Any:
     """The rows that `words` gives as doubles."""
     return np.ascontiguousarray(doubles).view(dtype)[..., 0]
+
+
+def whole(rows: NDArray[Any]) -> NDArray[np.void]:
+    """The rows as values without fields: a view. NumPy copies rows of many fields one field after the other."""
+    return rows.view(_without_fields(rows.itemsize))
+
+
+@cache
+def _without_fields(size: int) -> np.dtype[np.void]:
+    return np.dtype((np.void, size))
 
 
 def take(record: RecordT, index: Any) -> RecordT:
@@ -265,8 +275,7 @@ def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
     if kind is np.ndarray:
         if first.dtype.names is None:
             return change(first, *records)
-        # Rows are changed as doubles.
-        return rows_of_words(change(words(first), *map(words, records)), first.dtype)
+        return np.asarray(change(whole(first), *map(whole, records)), order="C").view(first.dtype)
     if kind is dict:
         return {name: _map_arrays(change, *[record[name] for record in (first, *records)]) for name in first}
     if kind is tuple:  # and no NamedTuple

@@ -27,7 +27,7 @@ from typing import (
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, rows_of_words, words
+from pnt_gym.arrays import Bools, Floats, Ints, whole
 from pnt_gym.errors import PntGymError
 
 RowT = TypeVar("RowT")
@@ -78,7 +78,7 @@ class Field:
             return self
         name, kinds = self.__dict__["name"], columns.kinds
         column: Any = columns.rows[name]
-        column = kinds[name](rows_of_words(words(column), column.dtype)) if name in kinds else column.copy()
+        column = kinds[name](whole(column).copy().view(column.dtype)) if name in kinds else column.copy()
         columns.__dict__[name] = column
         return column
 
@@ -146,7 +146,7 @@ class Columns(Row):
     def replace(self, **columns: Any) -> Self:
         """The object with other columns by name."""
         parts = {name: columns.pop(name, getattr(self, name)) for name in self._fields}
-        rows = parts["rows"] = rows_of_words(words(self.rows).copy(), self.dtype)
+        rows = parts["rows"] = whole(self.rows).copy().view(self.dtype)
         for name, values in columns.items():
             rows[name] = values.rows if isinstance(values, Columns) else values
         return self.__class__(**parts)
@@ -206,4 +206,4 @@ def put(rows: NDArray[Any], index: Any, source: NDArray[Any]) -> None:
     if rows.dtype.names is None:
         rows[index] = source
     else:
-        words(rows)[index] = words(source)
+        whole(rows)[index] = whole(source)
