@@ -12,7 +12,7 @@ import inspect
 import sys
 import warnings
 from collections.abc import Callable
-from functools import cache, lru_cache, partial
+from functools import cache, partial
 from pathlib import Path
 from types import FunctionType
 from typing import Annotated, Any, Final, TypeVar, cast, get_args, get_origin, get_type_hints
@@ -51,7 +51,7 @@ def _box(kind: Any, value: Any, given: Any) -> Any:
 
 # Python handles signals where Python code begins. Numba calls Python code for every array and NamedTuple that compiled
 # code returns, and goes on without it where Ctrl-C ended that code: the process would end by a fault of memory.
-_SERIALIZE._numba_unpickle = lru_cache(maxsize=None)(_SERIALIZE._numba_unpickle)
+_SERIALIZE._numba_unpickle = cache(_SERIALIZE._numba_unpickle)
 _API._boxers.functions |= dict.fromkeys((numba.types.NamedTuple, numba.types.NamedUniTuple), _box)
 
 

@@ -126,7 +126,7 @@ class LineCell:
         for row, generator in zip(rows, generators, strict=True):
             self.generators[int(row)] = generator
         self.arriving.draw(self.stream, rows, generators)
-        state = self.state.next(np.isin(np.arange(self.count), rows))
+        state = self.state.next(len(rows) == self.count)
         state.put(rows, self._initial)
         work_in_parts(partial(self.chooser.advance, self.stream, state), rows, self._threads)
         self.state = state
@@ -197,7 +197,7 @@ class LineCell:
             choice: index of the choice (N,), from 0 to `CHOICES` - 1.
         """
         goes_on = ~self.over
-        before, state = self.state, self.state.next(goes_on)
+        before, state = self.state, self.state.next(bool(goes_on.all()))
         chosen = take(before.choices, (np.arange(self.count), choice))
         attempt = Attempt(self.chooser, before.robot, self.stream, chosen)
         results, outcomes = self.throws.execute(before, attempt), Outcome.empty(self.count)

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, take
+from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.rows import Bools2, Floats1, Floats3, Pair, Row, Rows, Rows1, Rows2, Triple, field, put
 
 CHOICES: Final = 16
@@ -325,12 +325,12 @@ class LineState(NamedTuple):
             turns=self.turns.copy(), arms=self.arms.copy(), choices=self.choices.copy(), accounts=self.accounts.copy()
         )
 
-    def next(self, lines: Bools) -> Self:
-        """The state for the next decisions of some lines (N,): with arrays of its own, but for the books.
+    def next(self, is_of_all: bool) -> Self:
+        """The state for the next decisions, of all lines or of some: with arrays of its own, but for the books.
 
-        Choices of these lines are arbitrary, to be written; those of the others stay.
+        Choices of all lines are arbitrary then, to be written.
         """
-        choices = np.empty_like(self.choices) if lines.all() else self.choices.copy()
+        choices = np.empty_like(self.choices) if is_of_all else self.choices.copy()
         return self._replace(turns=self.turns.copy(), arms=self.arms.copy(), choices=choices)
 
     def take(self, lines: Ints) -> Self:
