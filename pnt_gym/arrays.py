@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields, is_dataclass
-from functools import cache
-from operator import itemgetter
-from typing import Any, TypeAlias, TypeVar, TypeVarTuple, cast
+from functools import cache, partial
+from operator import attrgetter, itemgetter, methodcaller
+from typing import Any, TypeAlias, TypeVar, TypeVarTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -149,8 +149,9 @@ def dot(first: Floats, second: Floats) -> Floats:
 
 def in_order(*arrays: *ArraysT) -> tuple[*ArraysT]:
     """The arrays as compiled functions take them: copies of those that are views across rows, or read only."""
-    columns: tuple[Any, ...] = arrays
-    return cast("tuple[*ArraysT]", tuple([array if array.flags.carray else array.copy() for array in columns]))
+    columns: Any = arrays
+    ordered: Any = tuple([array if array.flags.carray else array.copy() for array in columns])
+    return ordered
 
 
 def join_columns(first: Floats, *columns: Floats | float) -> Floats:
@@ -174,7 +175,12 @@ def rows_of_words(doubles: Floats, dtype: np.dtype[np.void]) -> Any:
 
 def whole(rows: NDArray[Any]) -> NDArray[np.void]:
     """The rows as values without fields: a view. NumPy copies rows of many fields one field after the other."""
-    return rows.view(_without_fields(rows.itemsize))
+    return recast(rows, _without_fields(rows.itemsize))
+
+
+def recast(rows: NDArray[Any], dtype: np.dtype[np.void]) -> NDArray[np.void]:
+    """The rows as rows of another type of their size: a view, in a third of the time of `ndarray.view`."""
+    return np.ndarray(rows.shape, dtype, rows) if rows.flags.c_contiguous else rows.view(dtype)
 
 
 @cache
@@ -189,7 +195,9 @@ def take(record: RecordT, index: Any) -> RecordT:
         record: an array, also of rows; or `Columns`, a dataclass, tuple or dict of arrays, records and plain values.
         index: any numpy index.
     """
-    return _map_arrays(itemgetter(index), record)
+    is_list = index.__class__ is np.ndarray and index.dtype == np.int64
+    # `ndarray.take` needs a quarter of the time.
+    return _map_arrays(methodcaller("take", index, 0) if is_list else itemgetter(index), record)
 
 
 def take_rows(record: RecordT, rows: Ints, count: int) -> RecordT:
@@ -269,29 +277,33 @@ def compute_by_mask(
     return take(record, np.argsort(np.concatenate([rows, others])))
 
 
-def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
+def _map_arrays(change: Callable[..., Any], first: Any, *others: Any) -> Any:
     """A record of the same type, each array computed by ``change`` from the records' arrays of that name."""
     kind: Any = first.__class__
     if kind is np.ndarray:
         if first.dtype.names is None:
-            return change(first, *records)
-        return np.asarray(change(whole(first), *map(whole, records)), order="C").view(first.dtype)
-    if kind is dict:
-        return {name: _map_arrays(change, *[record[name] for record in (first, *records)]) for name in first}
-    if kind is tuple:  # and no NamedTuple
-        return tuple([_map_arrays(change, *column) for column in zip(first, *records, strict=True)])
-    names = _constructor_fields(kind)
-    if not names:
+            return change(first, *others)
+        return recast(np.asarray(change(whole(first), *map(whole, others)), order="C"), first.dtype)
+    parts, change_part = _reader(kind), partial(_map_arrays, change)
+    if parts is None:
         return first
-    return kind(*[_map_arrays(change, *[getattr(record, name) for record in (first, *records)]) for name in names])
+    changed = map(change_part, *map(parts, (first, *others)))
+    if kind is dict:
+        return dict(zip(first, changed, strict=True))
+    return tuple(changed) if kind is tuple else kind(*changed)
 
 
 @cache
-def _constructor_fields(kind: Any) -> tuple[str, ...]:
-    """Names of the constructor fields of a record type, in their order; none for any other type."""
-    if is_dataclass(kind):
-        return tuple(field.name for field in fields(kind) if field.init)
-    return getattr(kind, "_fields", ())
+def _reader(kind: Any) -> Callable[[Any], Iterable[Any]] | None:
+    """What gives the parts of a record: the arguments of its class, in their order; None for plain values."""
+    if kind is dict:
+        return methodcaller("values")
+    if issubclass(kind, tuple):  # also a NamedTuple
+        return iter
+    names = [field.name for field in fields(kind) if field.init] if is_dataclass(kind) else getattr(kind, "_fields", ())
+    if len(names) == 1:
+        return lambda record: (getattr(record, names[0]),)
+    return attrgetter(*names) if names else None
 
 
 def not_finite_error(values: Floats, name: str) -> PlanningError:

@@ -7,7 +7,7 @@ a subclass of `Columns` gives objects whose columns are attributes: `objects.mas
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import dataclasses
 from typing import (
     TYPE_CHECKING,
     Annotated,
@@ -19,7 +19,6 @@ from typing import (
     Self,
     TypeAlias,
     TypeVar,
-    cast,
     get_args,
     get_type_hints,
 )
@@ -27,7 +26,7 @@ from typing import (
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, whole
+from pnt_gym.arrays import Bools, Floats, Ints, recast, whole
 from pnt_gym.errors import PntGymError
 
 RowT = TypeVar("RowT")
@@ -60,7 +59,7 @@ Triple: TypeAlias = Annotated[Floats, 3]
 Quadruple: TypeAlias = Annotated[Floats, 4]
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Field:
     """A field of a row."""
 
@@ -68,18 +67,21 @@ class Field:
     """Unit of its values; "-" for none."""
     meaning: str
     """What the values tell."""
+    name: str = dataclasses.field(default="", init=False)
+    """Name in the class of rows, which sets it."""
+    kind: type[Columns] | None = dataclasses.field(default=None, init=False)
+    """Kind of the rows that are the values, which the class of rows sets; None for numbers."""
 
-    def __set_name__(self, kind: type[Any], name: str) -> None:
+    def __set_name__(self, _: type[Any], name: str) -> None:
         self.__dict__["name"] = name
 
     def __get__(self, columns: Columns | None, _: Any = None) -> Any:
         """A copy of the column, which the object then keeps; of the class, the field itself."""
         if columns is None:
             return self
-        name, kinds = self.__dict__["name"], columns.kinds
-        column: Any = columns.rows[name]
-        column = kinds[name](whole(column).copy().view(column.dtype)) if name in kinds else column.copy()
-        columns.__dict__[name] = column
+        column: Any = columns.rows[self.name]
+        column = column.copy() if self.kind is None else self.kind(_copy(column))
+        columns.__dict__[self.name] = column
         return column
 
 
@@ -105,15 +107,16 @@ class Row:
     @classmethod
     def empty(cls, *shape: int) -> Rows[Self]:
         """Rows whose values are arbitrary."""
-        return cast("Rows[Self]", np.empty(shape, cls.dtype))
+        rows: Any = np.empty(shape, cls.dtype)
+        return rows
 
     @classmethod
     def zeros(cls, *shape: int, **values: Any) -> Rows[Self]:
         """Rows of zeros, but for the given columns."""
-        rows = np.zeros(shape, cls.dtype)
+        rows: Any = np.zeros(shape, cls.dtype)
         for name, value in values.items():
             rows[name] = value
-        return cast("Rows[Self]", rows)
+        return rows
 
 
 class Columns(Row):
@@ -126,14 +129,12 @@ class Columns(Row):
     _fields: ClassVar[tuple[str, ...]] = ("rows",)
     """Arrays of the object, as `arrays.take` takes them."""
 
-    kinds: ClassVar[dict[str, Any]]
-    """Kinds of the fields that are rows."""
-
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         hints = get_type_hints(cls)
-        kinds = {name: hints[name] for name in cls.fields if isinstance(hints[name], type)}
-        cls.kinds = {name: kind for name, kind in kinds.items() if issubclass(kind, Columns)}
+        for name, of in cls.fields.items():
+            if isinstance(hints[name], type) and issubclass(hints[name], Columns):
+                of.__dict__["kind"] = hints[name]
 
     def __init__(self, rows: Any) -> None:
         self.rows: Any = rows
@@ -145,11 +146,11 @@ class Columns(Row):
 
     def replace(self, **columns: Any) -> Self:
         """The object with other columns by name."""
-        parts = {name: columns.pop(name, getattr(self, name)) for name in self._fields}
-        rows = parts["rows"] = whole(self.rows).copy().view(self.dtype)
+        rows, fields = _copy(self.rows), self.fields
+        parts = [columns.pop(name) if name in columns else getattr(self, name) for name in self._fields[1:]]
         for name, values in columns.items():
-            rows[name] = values.rows if isinstance(values, Columns) else values
-        return self.__class__(**parts)
+            rows[name] = values if fields[name].kind is None else values.rows
+        return self.__class__(rows, *parts)
 
     def put(self, index: Any, source: Self) -> None:
         """Write rows at an index of arrays, in place; columns that were read are read again."""
@@ -199,6 +200,11 @@ else:
 
 Rows1: TypeAlias = Annotated[Rows[RowT], Form(1)]
 Rows2: TypeAlias = Annotated[Rows[RowT], Form(2)]
+
+
+def _copy(rows: NDArray[Any]) -> NDArray[Any]:
+    """A copy of rows, in C's order."""
+    return recast(whole(rows).copy(), rows.dtype)
 
 
 def put(rows: NDArray[Any], index: Any, source: NDArray[Any]) -> None:

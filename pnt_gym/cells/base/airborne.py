@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, final
 
-from pnt_gym.rows import Floats1, Floats2, Quadruple, Row, Rows1, Rows2, Triple, field
+from pnt_gym.rows import Floats1, Floats2, Floats3, Quadruple, Row, Rows1, Rows2, Triple, field
 
 STATE = 13
 """Numbers in a state: position [m] (3), attitude (4, w first), world velocity [m/s] (3), body angular velocity [rad/s]
@@ -93,6 +93,22 @@ class Hanging(NamedTuple):
     pivot: Rows1[Pivot]
     air: float
     """Share of the air's density and viscosity."""
+
+
+@final
+class Carrying(NamedTuple):
+    """Motions of N hands at the beginnings of K steps, and the axes in which what they carry hangs at rest."""
+
+    acceleration: Floats3
+    """(N, K, 3) [m/s2]"""
+    velocity: Floats3
+    """(N, K, 3) [m/s]"""
+    wind: Floats2
+    """Horizontal velocity of the air around each hand (N, 2) [m/s]."""
+    cosine: Floats1
+    """Cosines of the axes' turns about the vertical (N,)."""
+    sine: Floats1
+    """Sines of these turns (N,)."""
 
 
 @final

@@ -303,7 +303,7 @@ def contact_solref(restitution: ArrayLike) -> Floats:
         raise ConfigError(f"restitution is {bad}, but must be from 0 to 1.")
     damping = np.maximum(np.cos(np.interp(e, _BOUNCE, _PHI)), _LEAST_DAMPING)
     stiffening = np.sqrt(np.maximum(e, _LEAST_BOUNCE) / _LEAST_BOUNCE)
-    return np.stack([_DEAD_TIME_CONSTANT / (damping * stiffening), damping], axis=-1)
+    return join_columns(_DEAD_TIME_CONSTANT / (damping * stiffening), damping)
 
 
 def turn_back(vector: Floats, cos: Floats, sin: Floats) -> Floats:
@@ -319,15 +319,15 @@ def yaw_attitude(yaw: Floats) -> Floats:
 
 def level_axes(attitude: Floats) -> tuple[Floats, Floats]:
     """World x and y in the axes of bodies with attitude (..., 4): (..., 3) each."""
-    w, x, y, z = np.moveaxis(attitude, -1, 0)
+    w, x, y, z = attitude[..., 0], attitude[..., 1], attitude[..., 2], attitude[..., 3]
     # The first two rows of the rotation matrix from body axes to the world's.
-    along = np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)], axis=-1)
-    across = np.stack([2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)], axis=-1)
+    along = join_columns(1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y))
+    across = join_columns(2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x))
     return along, across
 
 
 def vertical(attitude: Floats) -> Floats:
     """The vertical in the axes of bodies with attitude (..., 4): (..., 3)."""
-    w, x, y, z = np.moveaxis(attitude, -1, 0)
+    w, x, y, z = attitude[..., 0], attitude[..., 1], attitude[..., 2], attitude[..., 3]
     # The third row of the same matrix.
-    return np.stack([2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
+    return join_columns(2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))

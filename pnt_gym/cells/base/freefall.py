@@ -12,7 +12,7 @@ import math
 from typing import TypeAlias
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.airborne import Airborne, Body, Hanging, Pivot
+from pnt_gym.cells.base.airborne import Airborne, Body, Carrying, Hanging, Pivot
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY, GRAVITY
 from pnt_gym.rows import Floats1, Floats2, Floats3, Ints1
@@ -71,6 +71,12 @@ def _rotate(turn: Attitude, v: Vector) -> Vector:
     p, q, r = _cross(axis, v)
     twice = 2.0 * p, 2.0 * q, 2.0 * r
     return _add_cross(_add(v, turn[0], twice), axis, twice)
+
+
+@kernel_part
+def _turn_back(v: Vector, cosine: float, sine: float) -> Vector:
+    """A vector in the axes that are turned about z, by cosine and sine of the turn, as `bodies.turn_back`."""
+    return cosine * v[0] + sine * v[1], cosine * v[1] - sine * v[0], v[2]
 
 
 @kernel_part
@@ -223,14 +229,18 @@ def end_settled(
 
 
 @kernel_part
-def _step_swing(state: Floats, body: Body, pivot: Pivot, air: float, step: float, hand: Floats) -> None:
-    """Advance an object that swings under a hand with an acceleration and a velocity (6,) by one step, in place.
+def _step_swing(
+    state: Floats, body: Body, pivot: Pivot, air: float, step: float, acceleration: Vector, speed: Vector
+) -> None:
+    """Advance an object that swings under a hand by one step, in place.
 
-    Attitude, acceleration and velocity are in the axes in which the object hung at rest.
+    Attitude, acceleration of the hand and its velocity against the air, `speed`, are in the axes in which the object
+    hung at rest.
     """
     turn, rate, arm, mass = _quaternion(state, 3), _vector(state, 10), _vector(pivot.arm), body.mass
     w, x, y, z = turn
     rx, ry, rz = arm
+    ax, ay, az = acceleration
     # The lip as a spring and damper: rotation vector and angular velocity in the axes of the hand.
     sine = math.sqrt(x * x + y * y + z * z)
     angle = 2.0 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0
@@ -243,9 +253,9 @@ def _step_swing(state: Floats, body: Body, pivot: Pivot, air: float, step: float
     )
     torque = _rotate(_inverse(turn), spring)
     # Air, weight and inertia at the centre of mass.
-    velocity = _add_cross(_rotate(_inverse(turn), _vector(hand, 3)), rate, arm)
+    velocity = _add_cross(_rotate(_inverse(turn), speed), rate, arm)
     force, moment = _body_air_force(body, air, velocity, rate)
-    force = _add(force, -mass, _rotate(_inverse(turn), (hand[0], hand[1], hand[2] + GRAVITY)))
+    force = _add(force, -mass, _rotate(_inverse(turn), (ax, ay, az + GRAVITY)))
     torque = _add_cross(_add(torque, 1.0, moment), arm, force)
     # Inertia about the pivot, and Euler's equations there.
     ix, iy, iz = _vector(body.inertia)
@@ -268,25 +278,27 @@ def _step_swing(state: Floats, body: Body, pivot: Pivot, air: float, step: float
 
 @kernel
 def swing_down(
-    state: Floats2, objects: Hanging, hand: Floats3, steps: Ints1, step: float, stride: int, records: Floats3
+    state: Floats2, objects: Hanging, hands: Carrying, steps: Ints1, step: float, stride: int, records: Floats3
 ) -> None:
     """Simulate N objects that swing under their hands until each is released, in place.
 
     Args:
         state: states (N, STATE); only attitude and angular velocity are read and changed.
         objects: the objects and the lips of their cups.
-        hand: acceleration [m/s2] of the hand and velocity [m/s] of the hand against the air at the beginning of each
-            step, in the axes in which the object hangs at rest (N, K, 6).
+        hands: the hands.
         steps: number of steps until each object's release (N,), at most K.
         step: length of a physics step [s].
         stride: steps between two records.
         records: filled with the attitudes every `stride` steps from the first on, and then with the last one (N, L, 4).
     """
     for row in range(state.shape[0]):
-        object_state = state[row]
+        object_state, wind, cosine, sine = state[row], hands.wind[row], hands.cosine[row], hands.sine[row]
         for k in range(steps[row]):
             if k % stride == 0:
                 records[row, k // stride] = object_state[3:7]
-            _step_swing(object_state, objects.body[row], objects.pivot[row], objects.air, step, hand[row, k])
+            x, y, z = _vector(hands.velocity[row, k])
+            speed = _turn_back((x - wind[0], y - wind[1], z), cosine, sine)
+            acceleration = _turn_back(_vector(hands.acceleration[row, k]), cosine, sine)
+            _step_swing(object_state, objects.body[row], objects.pivot[row], objects.air, step, acceleration, speed)
         for k in range((steps[row] + stride - 1) // stride, records.shape[1]):
             records[row, k] = object_state[3:7]

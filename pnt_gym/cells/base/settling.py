@@ -139,6 +139,7 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     count, chunk = len(steps), max(round(CHECK_INTERVAL / step), 1)
     spin = batch.expand("body_inertia")[rows, body] / batch.expand("body_mass")[rows, body, None]
     qpos, qvel, last_steps = batch.bind("qpos"), batch.bind("qvel"), steps.copy()
+    turning = qvel[:, 3:6]
     rims = np.ascontiguousarray(rim)
     # The shortest time in which no object that is above its rim falls below it.
     height, rising = qpos[rows, 2] - rim, qvel[rows, 2]
@@ -150,11 +151,11 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     while (falling := (last_steps > start).nonzero()[0]).size > 0:
         part = batch.rollout(end - start, record=("sensordata", "qpos"), ids=simulation_ids(batch, rows[falling]))
         parts.append((falling, slice(start, end), part))
-        rate = qvel[rows[falling], 3:6]
-        freefall.end_settled(np.ascontiguousarray(part["sensordata"]), rate, falling, spin, rims, end, last_steps)
+        freefall.end_settled(part["sensordata"], turning[rows[falling]], falling, spin, rims, end, last_steps)
         start, end = end, end + chunk
     check_warnings(batch)
     sensors, attitude = np.zeros((count, start, int(batch.model.nsensordata))), np.zeros((count, start, 4))
     for falling, moments, part in parts:
-        sensors[falling, moments], attitude[falling, moments] = part["sensordata"], part["qpos"][..., 3:7]
+        index = slice(None) if len(falling) == count else falling
+        sensors[index, moments], attitude[index, moments] = part["sensordata"], part["qpos"][..., 3:7]
     return Fall(sensors, attitude, last_steps)

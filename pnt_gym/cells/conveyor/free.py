@@ -16,7 +16,6 @@ from pnt_gym.cells.base.settling import Fall, FallEnd, fall, settle
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels, build_free_scene, floor_height
 from pnt_gym.constants import GRAVITY
@@ -90,7 +89,7 @@ class FreeObjects:
             PhysicsError: the engine warned, or stopped a simulation.
         """
         rim = context.target[:, 2].copy()
-        flying = Airborne(body_constants(context), context.drift.draught, self._config.mismatch)
+        flying = Airborne(context.objects.body, context.drift.draught, self._config.mismatch)
         landing, records, steps = cross_rims(flying, clock, rim)
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)

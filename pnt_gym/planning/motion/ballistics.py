@@ -31,8 +31,9 @@ def flight_time(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) ->
     drop = tuples(position, "position")[..., 2] - numbers(plane_z, "plane_z")
     rise = tuples(velocity, "velocity")[..., 2]
     shape = np.broadcast_shapes(drop.shape, rise.shape)
-    drops, rises = (np.array(np.broadcast_to(values, shape)).ravel() for values in (drop, rise))
-    return kernel.times_to_fall(drops, rises).reshape(shape)
+    values = np.empty((2, *shape))
+    values[0], values[1] = drop, rise
+    return kernel.times_to_fall(*values.reshape(2, -1)).reshape(shape)
 
 
 def flight_state(position: ArrayLike, velocity: ArrayLike, time: ArrayLike) -> tuple[Floats, Floats]:

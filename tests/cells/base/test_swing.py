@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from pnt_gym.cells.base.airborne import STATE, Hanging, Pivot
+from pnt_gym.cells.base.airborne import STATE, Carrying, Hanging, Pivot
 from pnt_gym.cells.base.bodies import fluid_coefficients
 from pnt_gym.cells.base.freefall import swing_down
 from tests.cells.base.test_freefall import bodies
@@ -37,8 +37,15 @@ def swing(arm, stiffness, damping, hand, seconds, *, step=0.001, tilt=(0.0, 0.0,
         motion[0, :, :3] = hand
     pivot = Pivot.zeros(1, arm=arm, stiffness=stiffness, damping=damping)
     seen = np.zeros((1, steps + 1, 4))
-    swing_down(state, Hanging(body, pivot, air), motion, np.array([steps]), step, 1, seen)
+    swing_down(state, Hanging(body, pivot, air), hands(motion), np.array([steps]), step, 1, seen)
     return seen[0], state[0]
+
+
+def hands(motion, wind=(0.0, 0.0), yaw=0.0):
+    """Hands with accelerations and velocities (N, K, 6) that carry objects of a yaw through a wind."""
+    one = np.ones(len(motion))
+    acceleration, velocity = motion[..., :3].copy(), motion[..., 3:].copy()
+    return Carrying(acceleration, velocity, one[:, None] * wind, one * np.cos(yaw), one * np.sin(yaw))
 
 
 def turns(attitudes):
@@ -160,6 +167,23 @@ def test_a_swing_through_air_is_that_of_a_ball_joint_in_the_wind(speed):
     np.testing.assert_allclose(state[10:13], rate, atol=1e-6)
 
 
+def test_a_hand_in_a_wind_carries_a_turned_object_as_a_hand_that_moves_against_still_air():
+    """Motion and wind are in the world's axes, attitudes are in those of the object."""
+    rng, yaw, wind = np.random.default_rng(5), 0.7, np.array([1.5, -0.8])
+    body = bodies(np.array([2]), SIZE, np.array([MASS]), np.array([1.0]), np.array([0.002]))
+    pivot, motion = Pivot.zeros(1, arm=ARM, stiffness=0.1), rng.normal(0.0, 5.0, (1, 60, 6))
+    turned = np.concatenate([Rotation.from_euler("z", -yaw).apply(part) for part in (
+        motion[0, :, :3], motion[0, :, 3:] - [*wind, 0.0])], axis=1)[None]  # fmt: skip
+    ends = []
+    for carried in (hands(motion, wind, yaw), hands(turned)):
+        state, seen = np.zeros((1, STATE)), np.zeros((1, 61, 4))
+        state[:, 3] = 1.0
+        swing_down(state, Hanging(body, pivot, 1.0), carried, np.array([60]), 1e-3, 1, seen)
+        ends.append(seen)
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-12)
+    assert np.abs(ends[0][..., 1:]).max() > 1e-3
+
+
 def test_a_row_does_not_depend_on_the_others():
     rng, count = np.random.default_rng(3), 4
     index = np.full(count, 2)
@@ -170,7 +194,7 @@ def test_a_row_does_not_depend_on_the_others():
     def run(rows):
         state, seen = np.zeros((len(rows), STATE)), np.zeros((len(rows), 14, 4))
         state[:, 3] = 1.0
-        swing_down(state, Hanging(body[rows], pivot[rows], 1.0), hand[rows].copy(), steps[rows], 1e-3, 4, seen)
+        swing_down(state, Hanging(body[rows], pivot[rows], 1.0), hands(hand[rows]), steps[rows], 1e-3, 4, seen)
         return state, seen
 
     together, looks = run(np.arange(count))

@@ -10,16 +10,14 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base import freefall
-from pnt_gym.cells.base.airborne import STATE, Body, Hanging, Pivot
-from pnt_gym.cells.base.bodies import turn_back
-from pnt_gym.cells.base.items import CYLINDER
+from pnt_gym.cells.base.airborne import STATE, Carrying, Hanging, Pivot
 from pnt_gym.cells.conveyor.config import LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.clearance import Bodies, components, extent_along, up_axis
 from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.planning.motion.trajectory import Samples
-from pnt_gym.rows import Bools1, Floats1, Floats2, Floats3, Ints1, Rows1
+from pnt_gym.rows import Bools1, Floats1, Floats2, Floats3, Ints1
 
 LARGEST_PHASE: Final = 0.5
 """Largest phase of a swing in a step [rad]; the stiffness of a lip is limited to that of this phase.
@@ -101,36 +99,15 @@ def swing_objects(
     """
     motion, o = hand(np.arange(max(release.tolist()) + 1, dtype=np.int64)), context.objects
     count, steps, _ = motion.velocity.shape
-    cosine, sine = o.turn
-    against_air = motion.velocity.copy()
-    against_air[..., :2] -= context.drift.draught[:, None]
-    # Accelerations and velocities in the axes in which the objects hang at rest.
-    moves = np.concatenate([motion.acceleration, against_air], axis=1)
-    moves = turn_back(moves, cosine[:, None], sine[:, None]).reshape(count, 2, steps, 3)
+    hands = Carrying(motion.acceleration, motion.velocity, context.drift.draught, *o.turn)
     state, attitudes = np.zeros((count, STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
     state[:, 3] = 1.0
     pivot = Pivot.zeros(count, arm=context.arm, stiffness=spring.stiffness, damping=spring.damping)
-    lips = Hanging(body_constants(context), pivot, config.mismatch)
-    freefall.swing_down(
-        state, lips, np.concatenate([moves[:, 0], moves[:, 1]], axis=2), release, config.timestep, stride, attitudes
-    )
+    lips = Hanging(o.body, pivot, config.mismatch)
+    freefall.swing_down(state, lips, hands, release, config.timestep, stride, attitudes)
     swing, floor = Swing(attitudes, motion.position, release, stride), config.belt.height - CONTACT_DEPTH
     unsure = find_solid(Bodies.of(o), context.arm, o.middle, swing, LIP_LENGTH, floor)
-    return part_objects(state, context.arm, hanging, cosine, sine, unsure)
-
-
-def body_constants(context: Context) -> Rows1[Body]:
-    """The objects of N picks as bodies in the air."""
-    o, body = context.objects, Body.empty(len(context.pick))
-    body["mass"], body["inertia"], body["height"] = o.mass, o.inertia, o.middle
-    # The semi-axes of a cylinder along its geom's axes: its radius twice, and half its length.
-    geoms, fluid, lies = o.model.placement, o.model.fluid, (o.shape == CYLINDER)[:, None]
-    size = geoms.size
-    body["attitude"], body["semi_axes"] = geoms.quat, np.where(lies, size[:, [0, 0, 1]], size)
-    for name, column in zip(("interacts", "blunt", "slender", "angular", "kutta", "magnus"), fluid.T, strict=False):
-        body[name] = column
-    body["virtual_mass"], body["virtual_inertia"] = fluid[:, 6:9], fluid[:, 9:]
-    return body
+    return part_objects(state, context.arm, hanging, *o.turn, unsure)
 
 
 @kernel_part

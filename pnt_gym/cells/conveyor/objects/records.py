@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.airborne import Body
 from pnt_gym.cells.base.bodies import (
     ModelObjects,
     contact_solref,
@@ -22,9 +23,9 @@ from pnt_gym.cells.base.bodies import (
     solid_shell_inertia,
     yaw_attitude,
 )
-from pnt_gym.cells.base.items import ELLIPSOID
+from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
 from pnt_gym.cells.conveyor.config import LIP_GAP
-from pnt_gym.rows import Columns, Pair, Quadruple, Triple, field
+from pnt_gym.rows import Columns, Pair, Quadruple, Rows1, Triple, field
 
 TARGET_DRAWS: Final = 8
 """Largest number of bins that are tried for one object before it stays on the belt."""
@@ -130,6 +131,19 @@ class Objects(Columns):
         shape, extents = self.shape, self.extents
         geoms, fluid = geom_placement(shape, extents), fluid_coefficients(shape, extents, self.drag)
         return ModelObjects(self.mass, self.inertia, geoms, fluid)
+
+    @cached_property
+    def body(self) -> Rows1[Body]:
+        """N objects as bodies in the air."""
+        geoms, fluid, body = self.model.placement, self.model.fluid, Body.empty(len(self.mass))
+        body["mass"], body["inertia"], body["height"] = self.mass, self.inertia, self.middle
+        # The semi-axes of a cylinder along its geom's axes: its radius twice, and half its length.
+        size, lies = geoms.size, (self.shape == CYLINDER)[:, None]
+        body["attitude"], body["semi_axes"] = geoms.quat, np.where(lies, size[:, [0, 0, 1]], size)
+        for name, column in zip(("interacts", "blunt", "slender", "angular", "kutta", "magnus"), fluid.T, strict=False):
+            body[name] = column
+        body["virtual_mass"], body["virtual_inertia"] = fluid[:, 6:9], fluid[:, 9:]
+        return body
 
     @cached_property
     def solref(self) -> Floats:
