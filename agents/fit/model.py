@@ -26,7 +26,6 @@ from pnt_gym.cells.conveyor.context import (
     unseen_grasp,
 )
 from pnt_gym.cells.conveyor.cup.hold import Grips, smallest_margin, true_hold
-from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.free import cross_rims
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.objects.drawing import cup_numbers, random_spin, release_delay, spin_at_grasp
@@ -256,7 +255,7 @@ class ThrowModel:
         holds = Grips(np.full(count, np.inf), np.full(count, -1, dtype=np.int64), np.ones(count, dtype=np.bool_))
         path, release_time = take(self._motion[0], row), self._motion[1][row]
         clock = ThrowClock.of(context, HandCycle(take(self.releases, row), release_time, path, holds), config)
-        flying = Airborne(body_constants(context), context.drift.draught, config.mismatch)
+        flying = Airborne(context.objects.body, context.drift.draught, config.mismatch)
         landing, records, steps = cross_rims(flying, clock, context.target[:, 2].copy())
         if not watch:
             return landing, np.zeros(count, dtype=np.bool_)
