@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import copy
 from abc import ABC, abstractmethod
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from numbers import Integral
 from typing import Any, ClassVar, Final, Generic, Protocol, Self, TypeVar, final
@@ -100,21 +99,29 @@ def check_whole_number(name: str, value: object, largest: int) -> None:
         raise ConfigError(f"{name} is {one_sentence(repr(value), 80)}; it must be a whole number from 1 to {largest}")
 
 
-@contextmanager
-def move_aside(generator: np.random.Generator, purpose: Purpose) -> Generator[None]:
+@final
+class Aside:
     """Context in which a row's generator, a `PCG64`, stands far ahead in its sequence; the end restores its state.
 
-    The numbers that the generator draws there are a function of the restored state. So a row draws the same alone and
-    in a batch, and a copy of an environment needs only the row's generator. A further generator takes five times as
-    long to make.
+    `with Aside(generator).at(purpose):` is such a context; there may be several one after the other. The numbers that
+    the generator draws there are a function of the restored state. So a row draws the same alone and in a batch, and a
+    copy of an environment needs only the row's generator. A further generator takes five times as long to make.
     """
-    bits: Any = generator.bit_generator
-    state = bits.state
-    bits.advance(_JUMP * JUMPS_PER_PURPOSE * purpose % _PERIOD)
-    try:
-        yield
-    finally:
-        bits.state = state
+
+    def __init__(self, generator: np.random.Generator) -> None:
+        self._bits: Any = generator.bit_generator
+        self._state = self._bits.state
+
+    def at(self, purpose: Purpose) -> Self:
+        """The context, with the generator at the place of a purpose."""
+        self._bits.advance(_JUMP * JUMPS_PER_PURPOSE * purpose % _PERIOD)
+        return self
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, *_: object) -> None:
+        self._bits.state = self._state
 
 
 ConfigT = TypeVar("ConfigT", bound=LevelConfig)
