@@ -100,10 +100,10 @@ def check_whole_number(name: str, value: object, largest: int) -> None:
 
 
 @final
-class Aside:
+class Detour:
     """Context in which a row's generator, a `PCG64`, stands far ahead in its sequence; the end restores its state.
 
-    `with Aside(generator).at(purpose):` is such a context; there may be several one after the other. The numbers that
+    `with Detour(generator).at(purpose):` is such a context; there may be several one after the other. The numbers that
     the generator draws there are a function of the restored state. So a row draws the same alone and in a batch, and a
     copy of an environment needs only the row's generator. A further generator takes five times as long to make.
     """

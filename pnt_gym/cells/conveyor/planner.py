@@ -9,7 +9,7 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, in_order, join_columns, recompute_rows, take
-from pnt_gym.cells.base.cell import Aside, Purpose
+from pnt_gym.cells.base.cell import Detour, Purpose
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
@@ -106,9 +106,9 @@ class PickPlanner:
         side_draws = SideDraws.none(self.config, len(rows), count)
         for place, row in enumerate(rows):
             generator = generators[int(row)]
-            aside = Aside(generator)
+            detour = Detour(generator)
             for purpose, column, draw in self._side_draws:
-                with aside.at(purpose):
+                with detour.at(purpose):
                     draw(generator, out=getattr(side_draws, column)[place])
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])

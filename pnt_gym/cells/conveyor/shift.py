@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
-from pnt_gym.cells.base.cell import Aside, Generators, Purpose
+from pnt_gym.cells.base.cell import Detour, Generators, Purpose
 from pnt_gym.cells.base.features import FeatureTable, Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context, HiddenCell, HiddenDrift, LastThrow, constant_bias, unseen_grasp
@@ -50,7 +50,7 @@ class DriftSchedule:
         picks = config.picks_per_shift
         drift, columns = config.drift, list[tuple[Floats, ...]]()
         for generator in generators:
-            with Aside(generator).at(Purpose.SHIFT):
+            with Detour(generator).at(Purpose.SHIFT):
                 random = np.random.default_rng(generator.integers(2**63, size=4))
             # Paths of the parts, in the order in which they are drawn.
             parts = drift.delay, drift.encoder, drift.camera, drift.camera, drift.draught, drift.draught
@@ -205,7 +205,7 @@ def draw_cells(config: ConveyorConfig, generators: Generators) -> HiddenCell:
         return cells
     drawn = list[dict[str, float]]()
     for generator in generators:
-        with Aside(generator).at(Purpose.CELL):
+        with Detour(generator).at(Purpose.CELL):
             drawn.append(config.cells.draw(np.random.default_rng(generator.integers(2**63, size=4))))
     return cells.replace(**{name: np.array([values[name] for values in drawn]) for name in config.cells.ranges})
 

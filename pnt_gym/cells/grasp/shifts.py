@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.cell import Aside, Generators, Purpose
+from pnt_gym.cells.base.cell import Detour, Generators, Purpose
 from pnt_gym.cells.conveyor.belt.sources import IndependentPicks
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.planner import PickPlanner
@@ -36,7 +36,7 @@ class ShiftPicks(IndependentPicks):
         """First picks of new shifts, one per row."""
         for row in map(int, rows):
             generator = self._generators[row]
-            with Aside(generator).at(Purpose.KINDS):
+            with Detour(generator).at(Purpose.KINDS):
                 order: Ints = generator.permutation(np.arange(self._items))
             self._kinds[row] = order[: len(self._bounds)]
         return super().first(rows)

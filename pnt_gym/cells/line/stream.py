@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, take
-from pnt_gym.cells.base.cell import Aside, Generators, Purpose
+from pnt_gym.cells.base.cell import Detour, Generators, Purpose
 from pnt_gym.cells.conveyor.objects.records import Objects, half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line import lie
@@ -119,7 +119,7 @@ class StreamSampler:
         config, count = self._config, len(generators)
         gaps, worth, luck = np.empty((3, count, self.length))
         for place, generator in enumerate(generators):
-            with Aside(generator).at(Purpose.ARRIVAL):
+            with Detour(generator).at(Purpose.ARRIVAL):
                 gaps[place] = generator.gamma(config.arrivals.regularity, size=self.length) / config.arrivals.regularity
                 generator.standard_normal(out=worth[place])
                 generator.random(out=luck[place])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.cell import JUMPS_PER_PURPOSE, Aside, Purpose
+from pnt_gym.cells.base.cell import JUMPS_PER_PURPOSE, Detour, Purpose
 from pnt_gym.cells.base.items import CUP_RADIUS, CYLINDER, ELLIPSOID, item_arrays
 from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, SideDraws, random_spin, release_delay
 from pnt_gym.cells.conveyor.objects.kernel import inside_outline
@@ -127,7 +127,7 @@ def test_a_generator_aside_draws_as_one_that_jumps_and_comes_back(purpose):
     generator = np.random.default_rng([5, purpose])
     generator.integers(3)  # leaves half of a number behind
     before = generator.bit_generator.state
-    with Aside(generator).at(purpose):
+    with Detour(generator).at(purpose):
         found = generator.random(7)
     assert generator.bit_generator.state == before
     jumped = np.random.default_rng(generator.bit_generator.jumped(JUMPS_PER_PURPOSE * purpose))
