@@ -66,7 +66,8 @@ def write_choices(tables: Tables, state: LineState, lines: Ints1, seen: Rows2[Se
 
     Args:
         tables: what the level says.
-        state: state of the lines; choices are written, and the arms of robots without a choice.
+        state: state of the lines; choices are written, the accounts of objects that have a plan, and the arms of robots
+            without a choice.
         lines: indices of the lines (K,).
         seen: objects in sight (K, W).
         planned: planned throws in the order of the lines (G,).
@@ -81,6 +82,7 @@ def write_choices(tables: Tables, state: LineState, lines: Ints1, seen: Rows2[Se
         n, robot, count = lines[k], state.turns[lines[k]].robot, 0
         while begin < len(planned) and planned[begin].line == k:
             choice = planned[begin]
+            state.accounts[n, choice.index].planned = True
             score = choice.value * choice.chance - tables.line[0].price * choice.cycle
             # Among the best so far the throw goes behind those of the same score.
             if count < most or score > scores[count - 1]:

@@ -136,6 +136,7 @@ class Account(Row):
     fate: int = field("-", "value of `Fate`")
     taker: int = field("-", "robot that took the object; -1 for none")
     ended_in: int = field("-", "bin of the taker in which the object lies; -1 for none")
+    planned: bool = field("-", "whether a robot has planned a throw of the object, and so reaches it")
 
 
 @final

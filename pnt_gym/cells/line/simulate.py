@@ -211,7 +211,7 @@ def count_fates(
                 tally.passed += 1
                 worth.passed = worth.arrived
                 tally.tried += account.attempts > 0
-                is_unreached = account.attempts == 0
+                is_unreached = not account.planned
                 for robot in range(len(tables.stations)):
                     is_unreached = is_unreached and not reaches(tables, robot, riders[k, i])
                 tally.unreached += is_unreached
