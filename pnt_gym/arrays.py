@@ -170,7 +170,7 @@ def words(rows: NDArray[Any]) -> Floats:
 
 def rows_of_words(doubles: Floats, dtype: np.dtype[np.void]) -> Any:
     """The rows that `words` gives as doubles."""
-    return np.ascontiguousarray(doubles).view(dtype)[..., 0]
+    return np.ndarray(doubles.shape[:-1], dtype, np.ascontiguousarray(doubles))
 
 
 def whole(rows: NDArray[Any]) -> NDArray[np.void]:

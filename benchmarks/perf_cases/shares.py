@@ -60,11 +60,11 @@ TRAINING: Final[Parts] = (
 )
 REST: Final = "everything else"
 STEPS: Final = (
-    ("PnTConveyor-v0", "waste", 1, 600, THROW),
-    ("PnTConveyor-v0", "waste", 64, 20, THROW),
-    ("PnTConveyor-v0", FLIGHT, 1, 1500, THROW),
-    ("PnTConveyor-v0", FLIGHT, 64, 80, THROW),
-    ("PnTLine-v0", "single", 64, 1000, DECISION),
+    ("PnTConveyor-v0", "waste", 1, 4000, THROW),
+    ("PnTConveyor-v0", "waste", 64, 100, THROW),
+    ("PnTConveyor-v0", FLIGHT, 1, 8000, THROW),
+    ("PnTConveyor-v0", FLIGHT, 64, 400, THROW),
+    ("PnTLine-v0", "single", 64, 5000, DECISION),
 )
 """Environment, level, cells, steps that are sampled, and parts; one cell is a single environment."""
 THROWS = 1000

@@ -326,8 +326,22 @@ def level_axes(attitude: Floats) -> tuple[Floats, Floats]:
     return along, across
 
 
+@kernel_part
+def up_axis(attitude: Floats) -> tuple[float, float, float]:
+    """The vertical in the axes of a body with an attitude (4,): the third row of that matrix."""
+    w, x, y, z = attitude[0], attitude[1], attitude[2], attitude[3]
+    return 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+
+
+@kernel
+def _up_axes(attitude: Floats2) -> Floats2:
+    """The vertical in the axes of N bodies (N, 3)."""
+    axes = np.empty((len(attitude), 3))
+    for row in range(len(axes)):
+        axes[row, 0], axes[row, 1], axes[row, 2] = up_axis(attitude[row])
+    return axes
+
+
 def vertical(attitude: Floats) -> Floats:
     """The vertical in the axes of bodies with attitude (..., 4): (..., 3)."""
-    w, x, y, z = attitude[..., 0], attitude[..., 1], attitude[..., 2], attitude[..., 3]
-    # The third row of the same matrix.
-    return join_columns(2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
+    return _up_axes(np.ascontiguousarray(attitude).reshape(-1, 4)).reshape(*attitude.shape[:-1], 3)

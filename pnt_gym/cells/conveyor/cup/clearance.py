@@ -13,7 +13,7 @@ from typing import Final, NamedTuple, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.base.bodies import level_axes, vertical
+from pnt_gym.cells.base.bodies import level_axes, up_axis, vertical
 from pnt_gym.cells.base.items import BOX, CYLINDER
 from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.conveyor.cup.hold import Parting
@@ -75,13 +75,6 @@ class Passage(NamedTuple):
 def components(vector: Floats) -> tuple[float, float, float]:
     """The components of a vector (3,)."""
     return vector[0], vector[1], vector[2]
-
-
-@kernel_part
-def up_axis(attitude: Floats) -> tuple[float, float, float]:
-    """The vertical in the axes of a body with an attitude (4,)."""
-    w, x, y, z = attitude[0], attitude[1], attitude[2], attitude[3]
-    return 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
 
 
 @kernel_part

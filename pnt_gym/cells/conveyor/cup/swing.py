@@ -11,9 +11,10 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base import freefall
 from pnt_gym.cells.base.airborne import STATE, Carrying, Hanging, Pivot
+from pnt_gym.cells.base.bodies import up_axis
 from pnt_gym.cells.conveyor.config import LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.clearance import Bodies, components, extent_along, up_axis
+from pnt_gym.cells.conveyor.cup.clearance import Bodies, components, extent_along
 from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.planning.motion.trajectory import Samples
