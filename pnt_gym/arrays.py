@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass
-from functools import cache, partial
+from functools import cache
 from operator import attrgetter, itemgetter, methodcaller
 from typing import Any, TypeAlias, TypeVar, TypeVarTuple
 
@@ -173,13 +173,12 @@ def rows_of_words(doubles: Floats, dtype: np.dtype[np.void]) -> Any:
     return np.ndarray(doubles.shape[:-1], dtype, np.ascontiguousarray(doubles))
 
 
-def whole(rows: NDArray[Any]) -> NDArray[np.void]:
-    """The rows as values without fields: a view. NumPy copies rows of many fields one field after the other."""
-    return recast(rows, _without_fields(rows.itemsize))
+def recast(rows: NDArray[Any], dtype: np.dtype[np.void] | None = None) -> NDArray[np.void]:
+    """The rows as rows of another type of their size: a view, in a third of the time of `ndarray.view`.
 
-
-def recast(rows: NDArray[Any], dtype: np.dtype[np.void]) -> NDArray[np.void]:
-    """The rows as rows of another type of their size: a view, in a third of the time of `ndarray.view`."""
+    None stands for values without fields: NumPy copies rows of many fields one field after the other.
+    """
+    dtype = _without_fields(rows.itemsize) if dtype is None else dtype
     return np.ndarray(rows.shape, dtype, rows) if rows.flags.c_contiguous else rows.view(dtype)
 
 
@@ -277,33 +276,28 @@ def compute_by_mask(
     return take(record, np.argsort(np.concatenate([rows, others])))
 
 
-def _map_arrays(change: Callable[..., Any], first: Any, *others: Any) -> Any:
+def _map_arrays(change: Callable[..., Any], *records: Any) -> Any:
     """A record of the same type, each array computed by ``change`` from the records' arrays of that name."""
+    first = records[0]
     kind: Any = first.__class__
     if kind is np.ndarray:
         if first.dtype.names is None:
-            return change(first, *others)
-        return recast(np.asarray(change(whole(first), *map(whole, others)), order="C"), first.dtype)
-    parts, change_part = _reader(kind), partial(_map_arrays, change)
-    if parts is None:
-        return first
-    changed = map(change_part, *map(parts, (first, *others)))
+            return change(*records)
+        return recast(np.asarray(change(*map(recast, records)), order="C"), first.dtype)
+    if kind is tuple:  # and no NamedTuple
+        return tuple([_map_arrays(change, *column) for column in zip(*records, strict=True)])
     if kind is dict:
-        return dict(zip(first, changed, strict=True))
-    return tuple(changed) if kind is tuple else kind(*changed)
+        return {name: _map_arrays(change, *map(itemgetter(name), records)) for name in first}
+    readers = _readers(kind)
+    return kind(*[_map_arrays(change, *map(reader, records)) for reader in readers]) if readers else first
 
 
 @cache
-def _reader(kind: Any) -> Callable[[Any], Iterable[Any]] | None:
-    """What gives the parts of a record: the arguments of its class, in their order; None for plain values."""
-    if kind is dict:
-        return methodcaller("values")
-    if issubclass(kind, tuple):  # also a NamedTuple
-        return iter
-    names = [field.name for field in fields(kind) if field.init] if is_dataclass(kind) else getattr(kind, "_fields", ())
-    if len(names) == 1:
-        return lambda record: (getattr(record, names[0]),)
-    return attrgetter(*names) if names else None
+def _readers(kind: Any) -> tuple[Callable[[Any], Any], ...]:
+    """What reads the constructor fields of a record type, in their order; nothing for any other type."""
+    if is_dataclass(kind):
+        return tuple([attrgetter(field.name) for field in fields(kind) if field.init])
+    return tuple(map(attrgetter, getattr(kind, "_fields", ())))
 
 
 def not_finite_error(values: Floats, name: str) -> PlanningError:

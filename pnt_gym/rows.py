@@ -26,7 +26,7 @@ from typing import (
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, recast, whole
+from pnt_gym.arrays import Bools, Floats, Ints, recast
 from pnt_gym.errors import PntGymError
 
 RowT = TypeVar("RowT")
@@ -80,7 +80,7 @@ class Field:
         if columns is None:
             return self
         column: Any = columns.rows[self.name]
-        column = column.copy() if self.kind is None else self.kind(_copy(column))
+        column = column.copy() if self.kind is None else self.kind(recast(recast(column).copy(), column.dtype))
         columns.__dict__[self.name] = column
         return column
 
@@ -146,7 +146,7 @@ class Columns(Row):
 
     def replace(self, **columns: Any) -> Self:
         """The object with other columns by name."""
-        rows, fields = _copy(self.rows), self.fields
+        rows, fields = recast(recast(self.rows).copy(), self.dtype), self.fields
         parts = [columns.pop(name) if name in columns else getattr(self, name) for name in self._fields[1:]]
         for name, values in columns.items():
             rows[name] = values if fields[name].kind is None else values.rows
@@ -202,14 +202,9 @@ Rows1: TypeAlias = Annotated[Rows[RowT], Form(1)]
 Rows2: TypeAlias = Annotated[Rows[RowT], Form(2)]
 
 
-def _copy(rows: NDArray[Any]) -> NDArray[Any]:
-    """A copy of rows, in C's order."""
-    return recast(whole(rows).copy(), rows.dtype)
-
-
 def put(rows: NDArray[Any], index: Any, source: NDArray[Any]) -> None:
     """Write rows at an index of arrays, in place."""
     if rows.dtype.names is None:
         rows[index] = source
     else:
-        whole(rows)[index] = whole(source)
+        recast(rows)[index] = recast(source)

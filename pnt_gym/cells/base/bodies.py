@@ -306,10 +306,20 @@ def contact_solref(restitution: ArrayLike) -> Floats:
     return join_columns(_DEAD_TIME_CONSTANT / (damping * stiffening), damping)
 
 
-def turn_back(vector: Floats, cos: Floats, sin: Floats) -> Floats:
-    """World vectors (..., 3) in the axes of bodies turned about z, by cosines and sines (...,) of their yaws."""
-    x, y = vector[..., 0], vector[..., 1]
-    return join_columns(cos * x + sin * y, cos * y - sin * x, vector[..., 2])
+@kernel_part
+def turned_back(x: float, y: float, cosine: float, sine: float) -> tuple[float, float]:
+    """Components along the axes of a body turned about z of a vector with components x, y along the world's axes."""
+    return cosine * x + sine * y, cosine * y - sine * x
+
+
+@kernel
+def turn_back(vector: Floats2, cosine: Floats1, sine: Floats1) -> Floats2:
+    """World vectors (N, 3) in the axes of bodies turned about z, by cosines and sines (N,) of their yaws."""
+    turned = np.empty(vector.shape)
+    for row in range(len(turned)):
+        turned[row, 0], turned[row, 1] = turned_back(vector[row, 0], vector[row, 1], cosine[row], sine[row])
+        turned[row, 2] = vector[row, 2]
+    return turned
 
 
 def yaw_attitude(yaw: Floats) -> Floats:
@@ -334,14 +344,11 @@ def up_axis(attitude: Floats) -> tuple[float, float, float]:
 
 
 @kernel
-def _up_axes(attitude: Floats2) -> Floats2:
-    """The vertical in the axes of N bodies (N, 3)."""
-    axes = np.empty((len(attitude), 3))
-    for row in range(len(axes)):
-        axes[row, 0], axes[row, 1], axes[row, 2] = up_axis(attitude[row])
+def vertical(attitude: Floats3) -> Floats3:
+    """The vertical in the axes of N bodies with attitudes at K moments (N, K, 4): (N, K, 3)."""
+    rows, moments, _ = attitude.shape
+    axes = np.empty((rows, moments, 3))
+    for row in range(rows):
+        for k in range(moments):
+            axes[row, k, 0], axes[row, k, 1], axes[row, k, 2] = up_axis(attitude[row, k])
     return axes
-
-
-def vertical(attitude: Floats) -> Floats:
-    """The vertical in the axes of bodies with attitude (..., 4): (..., 3)."""
-    return _up_axes(np.ascontiguousarray(attitude).reshape(-1, 4)).reshape(*attitude.shape[:-1], 3)

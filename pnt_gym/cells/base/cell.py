@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
 from numbers import Integral
 from typing import Any, ClassVar, Final, Generic, Protocol, Self, TypeVar, final
@@ -24,6 +24,7 @@ from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.errors import ConfigError, one_sentence
 
 Generators = list[np.random.Generator]
+ResultT = TypeVar("ResultT")
 
 MOST_CELLS: Final = 100_000
 MOST_THREADS: Final = 1024
@@ -99,29 +100,24 @@ def check_whole_number(name: str, value: object, largest: int) -> None:
         raise ConfigError(f"{name} is {one_sentence(repr(value), 80)}; it must be a whole number from 1 to {largest}")
 
 
-@final
-class Detour:
-    """Context in which a row's generator, a `PCG64`, stands far ahead in its sequence; the end restores its state.
+def draw_aside(
+    generator: np.random.Generator, *draws: tuple[Purpose, Callable[[np.random.Generator], ResultT]]
+) -> list[ResultT]:
+    """What a row's generator, a `PCG64`, draws for purposes, for each from far ahead in its sequence.
 
-    `with Detour(generator).at(purpose):` is such a context; there may be several one after the other. The numbers that
-    the generator draws there are a function of the restored state. So a row draws the same alone and in a batch, and a
-    copy of an environment needs only the row's generator. A further generator takes five times as long to make.
+    The generator's state is afterwards as before, and what it draws is a function of that state. So a row draws the
+    same alone and in a batch, and a copy of an environment needs only the row's generator. A further generator takes
+    five times as long to make.
     """
-
-    def __init__(self, generator: np.random.Generator) -> None:
-        self._bits: Any = generator.bit_generator
-        self._state = self._bits.state
-
-    def at(self, purpose: Purpose) -> Self:
-        """The context, with the generator at the place of a purpose."""
-        self._bits.advance(_JUMP * JUMPS_PER_PURPOSE * purpose % _PERIOD)
-        return self
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, *_: object) -> None:
-        self._bits.state = self._state
+    bits: Any = generator.bit_generator
+    state, drawn = bits.state, list[ResultT]()
+    for purpose, draw in draws:
+        bits.advance(_JUMP * JUMPS_PER_PURPOSE * purpose % _PERIOD)
+        try:
+            drawn.append(draw(generator))
+        finally:
+            bits.state = state
+    return drawn
 
 
 ConfigT = TypeVar("ConfigT", bound=LevelConfig)

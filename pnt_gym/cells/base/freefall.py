@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.airborne import Airborne, Body, Carrying, Hanging, Pivot
+from pnt_gym.cells.base.bodies import turned_back
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY, GRAVITY
 from pnt_gym.rows import Floats1, Floats2, Floats3, Ints1
@@ -71,12 +72,6 @@ def _rotate(turn: Attitude, v: Vector) -> Vector:
     p, q, r = _cross(axis, v)
     twice = 2.0 * p, 2.0 * q, 2.0 * r
     return _add_cross(_add(v, turn[0], twice), axis, twice)
-
-
-@kernel_part
-def _turn_back(v: Vector, cosine: float, sine: float) -> Vector:
-    """A vector in the axes that are turned about z, by cosine and sine of the turn, as `bodies.turn_back`."""
-    return cosine * v[0] + sine * v[1], cosine * v[1] - sine * v[0], v[2]
 
 
 @kernel_part
@@ -296,9 +291,8 @@ def swing_down(
         for k in range(steps[row]):
             if k % stride == 0:
                 records[row, k // stride] = object_state[3:7]
-            x, y, z = _vector(hands.velocity[row, k])
-            speed = _turn_back((x - wind[0], y - wind[1], z), cosine, sine)
-            acceleration = _turn_back(_vector(hands.acceleration[row, k]), cosine, sine)
-            _step_swing(object_state, objects.body[row], objects.pivot[row], objects.air, step, acceleration, speed)
+            (x, y, z), (p, q, r) = _vector(hands.acceleration[row, k]), _vector(hands.velocity[row, k])
+            (x, y), (p, q) = turned_back(x, y, cosine, sine), turned_back(p - wind[0], q - wind[1], cosine, sine)
+            _step_swing(object_state, objects.body[row], objects.pivot[row], objects.air, step, (x, y, z), (p, q, r))
         for k in range((steps[row] + stride - 1) // stride, records.shape[1]):
             records[row, k] = object_state[3:7]

@@ -8,7 +8,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, length, take
+from pnt_gym.arrays import Bools, Floats, Ints, in_order, length, take
 from pnt_gym.cells.base.bodies import vertical
 from pnt_gym.cells.base.plant import step_counts
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -133,7 +133,7 @@ class ThrowClock:
         position, velocity, attitude = motion
         steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
         hand = self.hand(first[:, None] + steps)
-        way = Passage(position - hand.position, velocity - hand.velocity, vertical(attitude))
+        way = Passage(position - hand.position, velocity - hand.velocity, vertical(*in_order(attitude)))
         possible = may_touch(Bodies.of(context.objects), way, self.stride * self.step, margin, self.lip)
         return np.asarray((possible & (steps < count[:, None])).any(axis=1))
 

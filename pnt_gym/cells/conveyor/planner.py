@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import Final, TypeAlias, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, in_order, join_columns, recompute_rows, take
-from pnt_gym.cells.base.cell import Detour, Purpose
+from pnt_gym.cells.base.cell import Purpose, draw_aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
@@ -106,10 +107,11 @@ class PickPlanner:
         side_draws = SideDraws.none(self.config, len(rows), count)
         for place, row in enumerate(rows):
             generator = generators[int(row)]
-            detour = Detour(generator)
-            for purpose, column, draw in self._side_draws:
-                with detour.at(purpose):
-                    draw(generator, out=getattr(side_draws, column)[place])
+            fills = [
+                (purpose, partial(draw, out=getattr(side_draws, column)[place]))
+                for purpose, column, draw in self._side_draws
+            ]
+            draw_aside(generator, *fills)
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
         if kinds is not None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
-from pnt_gym.cells.base.cell import Detour, Generators, Purpose
+from pnt_gym.cells.base.cell import Generators, Purpose, draw_aside
 from pnt_gym.cells.base.features import FeatureTable, Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context, HiddenCell, HiddenDrift, LastThrow, constant_bias, unseen_grasp
@@ -50,8 +50,7 @@ class DriftSchedule:
         picks = config.picks_per_shift
         drift, columns = config.drift, list[tuple[Floats, ...]]()
         for generator in generators:
-            with Detour(generator).at(Purpose.SHIFT):
-                random = np.random.default_rng(generator.integers(2**63, size=4))
+            random = _own_generator(generator, Purpose.SHIFT)
             # Paths of the parts, in the order in which they are drawn.
             parts = drift.delay, drift.encoder, drift.camera, drift.camera, drift.draught, drift.draught
             paths = config.mismatch * np.stack([p.path(random, picks, drift.steps_every) for p in parts], axis=-1)
@@ -205,9 +204,14 @@ def draw_cells(config: ConveyorConfig, generators: Generators) -> HiddenCell:
         return cells
     drawn = list[dict[str, float]]()
     for generator in generators:
-        with Detour(generator).at(Purpose.CELL):
-            drawn.append(config.cells.draw(np.random.default_rng(generator.integers(2**63, size=4))))
+        drawn.append(config.cells.draw(_own_generator(generator, Purpose.CELL)))
     return cells.replace(**{name: np.array([values[name] for values in drawn]) for name in config.cells.ranges})
+
+
+def _own_generator(generator: np.random.Generator, purpose: Purpose) -> np.random.Generator:
+    """A new generator for a purpose, which is a function of a row's generator; that does not advance."""
+    (seed,) = draw_aside(generator, (purpose, lambda aside: aside.integers(2**63, size=4)))
+    return np.random.default_rng(seed)
 
 
 def make_drift(config: ConveyorConfig, generators: Generators, feedback: bool) -> SteadyCells:

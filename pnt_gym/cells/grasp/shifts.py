@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from operator import methodcaller
 from typing import final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.cell import Detour, Generators, Purpose
+from pnt_gym.cells.base.cell import Generators, Purpose, draw_aside
 from pnt_gym.cells.conveyor.belt.sources import IndependentPicks
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.planner import PickPlanner
@@ -35,9 +36,8 @@ class ShiftPicks(IndependentPicks):
     def first(self, rows: Ints) -> Context:
         """First picks of new shifts, one per row."""
         for row in map(int, rows):
-            generator = self._generators[row]
-            with Detour(generator).at(Purpose.KINDS):
-                order: Ints = generator.permutation(np.arange(self._items))
+            shuffle = Purpose.KINDS, methodcaller("permutation", np.arange(self._items))
+            (order,) = draw_aside(self._generators[row], shuffle)
             self._kinds[row] = order[: len(self._bounds)]
         return super().first(rows)
 

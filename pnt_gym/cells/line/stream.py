@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, NamedTuple, Self, final
 
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, take
-from pnt_gym.cells.base.cell import Detour, Generators, Purpose
+from pnt_gym.cells.base.cell import Generators, Purpose, draw_aside
 from pnt_gym.cells.conveyor.objects.records import Objects, half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line import lie
@@ -117,12 +118,9 @@ class StreamSampler:
     def _draw(self, generators: Generators) -> Stream:
         """New streams, one from each of K generators (K, M)."""
         config, count = self._config, len(generators)
-        gaps, worth, luck = np.empty((3, count, self.length))
+        gaps, worth, luck = draws = np.empty((3, count, self.length))
         for place, generator in enumerate(generators):
-            with Detour(generator).at(Purpose.ARRIVAL):
-                gaps[place] = generator.gamma(config.arrivals.regularity, size=self.length) / config.arrivals.regularity
-                generator.standard_normal(out=worth[place])
-                generator.random(out=luck[place])
+            draw_aside(generator, (Purpose.ARRIVAL, partial(self._fill_arrivals, draws[:, place])))
         objects = self._planner.draw(generators, np.arange(count), self.length)
         distance = config.cell.belt.speed / config.arrivals.rate * np.cumsum(gaps, axis=1)
         x = self._settle(config.reach[1] - distance, objects)
@@ -133,6 +131,13 @@ class StreamSampler:
         factor = np.exp(spread * worth - 0.5 * spread * spread)
         worth = config.values()[objects.kind] * factor
         return Stream.of(take(objects, order), x[order], worth[order], luck[order])
+
+    def _fill_arrivals(self, draws: Floats, generator: np.random.Generator) -> None:
+        """Fill draws (3, M) of a line: gaps over their mean, standard normal draws of values, and draws of luck."""
+        regularity = self._config.arrivals.regularity
+        draws[0] = generator.gamma(regularity, size=self.length) / regularity
+        generator.standard_normal(out=draws[1])
+        generator.random(out=draws[2])
 
     def _settle(self, arrival_x: Floats, objects: Objects) -> Floats:
         """Positions of objects along the belt after giving way, from their arrivals, both (K, M) [m].

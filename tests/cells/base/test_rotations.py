@@ -27,5 +27,6 @@ def test_an_upright_body_is_turned_about_the_vertical_alone():
 
 
 def test_axes_of_the_world_are_seen_by_a_body_as_turned_back():
-    seen = np.stack([*level_axes(quaternions(TURNS)), vertical(quaternions(TURNS))], axis=1)
+    attitude = quaternions(TURNS)
+    seen = np.stack([*level_axes(attitude), vertical(attitude[None])[0]], axis=1)
     assert seen == pytest.approx(TURNS.as_matrix(), abs=1e-12)

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, in_order
 from pnt_gym.cells.base.bodies import level_axes, up_axis, vertical
 from pnt_gym.cells.base.items import BOX, CYLINDER
 from pnt_gym.cells.conveyor.config import LIP_GAP
@@ -179,7 +179,7 @@ def touches(objects: Objects, centre: Floats, attitude: Floats) -> Bools:
     """
     along, across = level_axes(attitude)
     half = objects.extents[:, None, None] / 2.0
-    axes = [axis[..., None, :] for axis in (along, across, vertical(attitude))]
+    axes = [axis[..., None, :] for axis in (along, across, vertical(*in_order(attitude)))]
     face = objects.cup_radius[:, None, None, None] * _FACE
     x, y, z = (face[..., k] - centre[..., None, k] for k in range(3))
     point = x[..., None] * axes[0] + y[..., None] * axes[1] + z[..., None] * axes[2]

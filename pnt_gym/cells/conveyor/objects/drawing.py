@@ -11,7 +11,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, rows_of_words, words
+from pnt_gym.arrays import Floats, rows_of_words
 from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects import kernel
@@ -29,7 +29,6 @@ from pnt_gym.cells.conveyor.objects.rows import (
 )
 from pnt_gym.cells.conveyor.sections import Suction
 from pnt_gym.constants import GRAVITY
-from pnt_gym.rows import Row
 
 NORMALS, UNIFORMS = Normals.dtype.itemsize // 8, Uniforms.dtype.itemsize // 8
 """Numbers of an object's standard normal and uniform draws."""
@@ -95,15 +94,16 @@ class ObjectMaker:
         rows: Any = Objects.empty(*shape)
         aside: Any = Aside.empty(*shape)
         aside["pick"], aside["seen"] = side_draws.pick, side_draws.seen
-        z, u, made = _rows(normals, Normals), _rows(uniforms, Uniforms), rows.reshape(-1)
+        doubles, made = normals.reshape(-1, NORMALS), rows.reshape(-1)
+        z, u = rows_of_words(doubles, Normals.dtype), rows_of_words(uniforms.reshape(-1, UNIFORMS), Uniforms.dtype)
         # Exponential factors; spreads are log-normal, so values stay positive.
-        spread, doubles, exponents = config.spread, words(z), np.empty((len(z), 12))
+        spread, exponents = config.spread, np.empty((len(z), 12))
         exponents[:, :5] = self._scales * doubles[:, _SPREAD_COLUMNS]
         exponents[:, 5:9] = self._side_scales * side_draws.spread.reshape(-1, 4)
         # The residue of an item is a mean, the other values are medians.
         exponents[:, 8] -= spread.residue**2 / 2.0
         exponents[:, 9:] = spread.size * doubles[:, 1:2] + spread.size_axis * doubles[:, 2:5]
-        factors = _rows(np.exp(exponents), Factors)
+        factors = rows_of_words(np.exp(exponents), Factors.dtype)
         kernel.draw_objects(StandardDraws(z, u, aside.reshape(-1), factors), self._mix, made)
         seal, mass = made["seal"], made["mass"]
         delay = release_delay(seal, mass, made["valve"], made["tau"], config.suction)
@@ -117,11 +117,6 @@ class ObjectMaker:
         made["spin"] = spin
         made["hand_error"] = config.mismatch * config.robot.accuracy * side_draws.hand.reshape(-1, 3)
         return Objects(rows, side_draws.fill)
-
-
-def _rows(draws: Floats, kind: type[Row]) -> Any:
-    """Draws S + (C,) as rows (N,)."""
-    return rows_of_words(draws, kind.dtype).reshape(-1)
 
 
 _SPREAD_COLUMNS: Final = np.array([0, 6, 5, 19, 20])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.cell import JUMPS_PER_PURPOSE, Detour, Purpose
+from pnt_gym.cells.base.cell import JUMPS_PER_PURPOSE, Purpose, draw_aside
 from pnt_gym.cells.base.items import CUP_RADIUS, CYLINDER, ELLIPSOID, item_arrays
 from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, SideDraws, random_spin, release_delay
 from pnt_gym.cells.conveyor.objects.kernel import inside_outline
@@ -127,8 +127,8 @@ def test_a_generator_aside_draws_as_one_that_jumps_and_comes_back(purpose):
     generator = np.random.default_rng([5, purpose])
     generator.integers(3)  # leaves half of a number behind
     before = generator.bit_generator.state
-    with Detour(generator).at(purpose):
-        found = generator.random(7)
+    found, again = draw_aside(generator, *[(purpose, lambda aside: aside.random(7))] * 2)
+    assert same_bits(found, again)
     assert generator.bit_generator.state == before
     jumped = np.random.default_rng(generator.bit_generator.jumped(JUMPS_PER_PURPOSE * purpose))
     assert same_bits(found, jumped.random(7))
