@@ -21,6 +21,13 @@ def test_the_step_of_every_environment_is_traced(env_id):
     assert 3 < trace.deepest <= len(trace.functions)
 
 
+def test_a_throw_takes_a_short_way():
+    trace, _ = trace_step("PnTConveyor-v0")
+    assert len(trace.files) <= 47
+    assert len(trace.functions) <= 230
+    assert trace.deepest <= 15
+
+
 def test_a_level_that_does_not_exist_is_one_sentence(monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["trace_step", "--level", "nowhere"])
     with pytest.raises(SystemExit) as caught:

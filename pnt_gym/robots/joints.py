@@ -40,9 +40,10 @@ class JointMotion:
 
         A motion that comes back from out of reach, or that begins there, stays as it is: not finite.
         """
-        reached: Bools = np.atleast_2d(np.isfinite(self.position).all(axis=0))
-        if reached.all():
+        finite: Bools = np.isfinite(self.position)
+        if finite.all():
             return self
+        reached = np.atleast_2d(finite.all(axis=0))
         knots, count = np.arange(reached.shape[-1], dtype=np.int64), reached.sum(axis=-1, keepdims=True)
         leaves: Bools = (count > 0) & np.equal(reached, knots < count).all(axis=-1, keepdims=True)
         last, rests = np.where(leaves, np.minimum(knots, count - 1), knots)[None], leaves & (knots >= count)

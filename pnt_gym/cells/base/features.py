@@ -147,5 +147,6 @@ class FeatureTable(EntryTable):
 
     def encode(self, throws: Any) -> NDArray[np.float32]:
         """Observations (N, D) of coming throws, float32 within [-CLIP, CLIP]."""
-        values = np.array([feature.value(throws) for feature in self._features], dtype=np.float64)
+        columns = [feature.value(throws) for feature in self._features]
+        values = np.concatenate(columns, dtype=np.float64).reshape(len(columns), *columns[0].shape)
         return encoded(values.transpose(*range(1, values.ndim), 0), self._centre, self._scale).astype(np.float32)
