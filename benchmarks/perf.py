@@ -24,6 +24,7 @@ from agents.ground.outputs import check_writable, deliver_json
 from agents.ground.versions import versions
 from benchmarks.perf_cases import cells, codes, grasp, planning, shares
 from benchmarks.timing import Options, Place, Row, figures, nest
+from pnt_gym.constants import WORLD
 from pnt_gym.names import unknown_name
 
 CASES: Final[dict[str, Callable[[Options], Iterator[Row]]]] = {
@@ -72,7 +73,7 @@ def main(arguments: Arguments) -> None:
         results |= values
     data = nest(results)
     if arguments.json is not None:
-        deliver_json(arguments.json, data if len(data) > 1 else next(iter(data.values())))
+        deliver_json(arguments.json, {"world": WORLD, **(data if len(data) > 1 else next(iter(data.values())))})
 
 
 def select_cases(names: Iterable[str], *, has_older_code: bool = True) -> list[str]:

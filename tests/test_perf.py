@@ -152,7 +152,7 @@ def test_a_training_stands_beside_that_of_older_code() -> None:
         "before": {"seconds": 40.0, "landing_error_m": 0.04},
         "now": {"seconds": 20.0, "landing_error_m": 0.05},
     }
-    grid = speeds.grid("training-before", {"training": {"throws": 2000, "seeds": [turns]}})
+    grid = speeds.grid("training-before", {"older": "1a2b3c4d", "training": {"throws": 2000, "seeds": [turns]}})
     assert grid.rows == [["0", "40.0 s", "20.0 s", "40.00 mm", "50.00 mm"]]
     grid = speeds.grid("training-shares", {"throws": 2000, "parts": {"throws": 0.5, "everything else": 0.5}})
     assert grid.rows == [["throws", "50.0 %"], ["everything else", "50.0 %"]]
@@ -160,10 +160,9 @@ def test_a_training_stands_beside_that_of_older_code() -> None:
 
 def test_steps_stand_beside_those_of_older_code() -> None:
     row = {"env": "A", "level": "single", "cells": 64, "threads": 1, "before": 10_600.0, "now": 60_000.0, "ratio": 5.66}
-    rows = [{**row, "asked": 4.0}, {**row, "asked": None}]
-    grid = speeds.grid("steps-before", {"steps": {"turns": 10, "rows": rows}})
-    assert grid.rows[0] == ["`A`", "single", "64", "1", "10,600", "60,000", "5.66", "4.00"]
-    assert grid.rows[1][-1] == "-"
+    grid = speeds.grid("steps-before", {"older": "1a2b3c4d", "steps": {"turns": 10, "rows": [row]}})
+    assert grid.rows == [["`A`", "single", "64", "1", "10,600", "60,000", "5.66"]]
+    assert "commit `1a2b3c4d`" in grid.note
 
 
 def test_cases_with_older_code_are_measured_where_it_is_given() -> None:
@@ -179,7 +178,7 @@ STEPPED = [(*world, cells) for cells in (1, 2) for world in (("PnTLine-v0", "sin
 @pytest.mark.nightly
 @pytest.mark.parametrize(("env_id", "level", "cells"), STEPPED)
 def test_both_codes_step_in_turn(env_id: str, level: Any, cells: int) -> None:
-    stepped = codes.Stepped(env_id, level, cells, 1, 3, None)
+    stepped = codes.Stepped(env_id, level, cells, 1, 3)
     rates = codes.pair_steps({"before": codes.ROOT, "now": codes.ROOT}, stepped, 1)
     assert rates["before"] > 0.0
     assert rates["now"] / rates["before"] == pytest.approx(rates["ratio"])

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Final, NamedTuple, final
+from dataclasses import dataclass
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -73,9 +73,6 @@ class Release:
     flight_time: float
     ceiling_active: bool
     workspace_active: bool
-
-
-_COUNT: Final = len(fields(Release))
 
 
 @final
@@ -153,10 +150,9 @@ class ReleaseBatch(Columns):
         Raises:
             InfeasibleThrow: if the row holds no plan.
         """
-        row = self.rows[index]
-        if not row["feasible"]:
-            raise InfeasibleThrow(Reason(row["reason"]), f" (row {index})")
-        position, velocity, direction, *numbers = row.item()[:_COUNT]
+        position, velocity, direction, *numbers, feasible, reason, _ = self.rows[index].item()
+        if not feasible:
+            raise InfeasibleThrow(Reason(reason), f" (row {index})")
         return Release(position.copy(), velocity.copy(), direction.copy(), *numbers)
 
 

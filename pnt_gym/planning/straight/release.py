@@ -39,6 +39,8 @@ PIECE: Final = 20_000
 """Throws per call of machine code: a tenth of a second, during which Ctrl-C has no effect."""
 OPEN: Final = Throw.zeros(1, ceiling=math.inf, far=math.inf, low=-math.inf, high=math.inf)
 """A throw without bounds."""
+NO_BOUNDS: Final = LineBounds(*[OPEN[name] for name in LineBounds._fields])
+"""Bounds of the line of such a throw."""
 
 
 def plan_release(
@@ -66,10 +68,10 @@ def plan_release(
     """
     start, end = point_of(pick, "pick"), point_of(target, "target")
     check_bounds(ceiling, tolerance)
-    bounds = {} if workspace is None else _line_bounds([start], [end], workspace)._asdict()
+    bounds = NO_BOUNDS if workspace is None else _line_bounds([start], [end], workspace)
     roof, numbers = math.inf if ceiling is None else ceiling, of_kind(limits, MotionLimits, "limits").numbers()
-    throws = _lay_out([start], [end], numbers, tolerance=tolerance, ceiling=roof, **bounds)
-    plans = _plan_throws(throws, has_workspace=workspace is not None)
+    throw = start, end, *numbers, tolerance, roof, *[bound.item() for bound in bounds]
+    plans = _plan_throws(cast("Rows[Throw]", np.array([throw], Throw.dtype)), has_workspace=workspace is not None)
     reason = Reason(plans["reason"].item())
     if reason != Reason.FEASIBLE:
         details = {Reason.NO_REACH: f" (pick {start}, target {end})", Reason.CEILING: f" z = {ceiling} m"}
