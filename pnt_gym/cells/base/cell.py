@@ -103,11 +103,18 @@ def check_whole_number(name: str, value: object, largest: int) -> None:
 def draw_aside(
     generator: np.random.Generator, *draws: tuple[Purpose, Callable[[np.random.Generator], ResultT]]
 ) -> list[ResultT]:
-    """What a row's generator, a `PCG64`, draws for purposes, for each from far ahead in its sequence.
+    """Draw for purposes from a row's generator, a `PCG64`: for each purpose far ahead in the generator's sequence.
 
-    The generator's state is afterwards as before, and what it draws is a function of that state. So a row draws the
+    The generator ends in the state in which it was, and the numbers are a function of that state. So a row draws the
     same alone and in a batch, and a copy of an environment needs only the row's generator. A further generator takes
     five times as long to make.
+
+    Args:
+        generator: the generator.
+        draws: purposes, and functions that draw from the generator where it stands for the purpose.
+
+    Returns:
+        What the functions return.
     """
     bits: Any = generator.bit_generator
     state, drawn = bits.state, list[ResultT]()
