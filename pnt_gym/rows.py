@@ -26,7 +26,7 @@ from typing import (
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, recast
+from pnt_gym.arrays import Bools, Floats, Ints, copy_rows, recast
 from pnt_gym.errors import PntGymError
 
 RowT = TypeVar("RowT")
@@ -80,7 +80,7 @@ class Field:
         if columns is None:
             return self
         column: Any = columns.rows[self.name]
-        column = column.copy() if self.kind is None else self.kind(recast(recast(column).copy(), column.dtype))
+        column = column.copy() if self.kind is None else self.kind(copy_rows(column))
         columns.__dict__[self.name] = column
         return column
 
@@ -146,7 +146,7 @@ class Columns(Row):
 
     def replace(self, **columns: Any) -> Self:
         """The object with other columns by name."""
-        rows, fields = recast(recast(self.rows).copy(), self.dtype), self.fields
+        rows, fields = copy_rows(self.rows), self.fields
         parts = [columns.pop(name) if name in columns else getattr(self, name) for name in self._fields[1:]]
         for name, values in columns.items():
             rows[name] = values if fields[name].kind is None else values.rows

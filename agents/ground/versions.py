@@ -63,16 +63,20 @@ def git_state() -> str | None:
     """Commit and changed files of the checkout, or None outside of one or before the first commit."""
     if not CHECKOUT:
         return None
-    commit = _git("rev-parse", "HEAD")
-    if commit is None:
-        return None
-    return f"commit {commit.strip()}\n{_git('status', '--short') or ''}"
+    commit = commit_of(SHIPPED)
+    return None if commit is None else f"commit {commit}\n{_git(SHIPPED, 'status', '--short') or ''}"
 
 
-def _git(*arguments: str) -> str | None:
+def commit_of(folder: Path) -> str | None:
+    """Commit of the checkout in which a folder lies, or None outside of one or before the first commit."""
+    commit = _git(folder, "rev-parse", "HEAD")
+    return None if commit is None else commit.strip()
+
+
+def _git(folder: Path, *arguments: str) -> str | None:
     try:
         process = subprocess.run(
-            ["git", *arguments], cwd=SHIPPED, capture_output=True, text=True, check=False, timeout=10
+            ["git", *arguments], cwd=folder, capture_output=True, text=True, check=False, timeout=10
         )
     except (OSError, subprocess.TimeoutExpired):
         return None

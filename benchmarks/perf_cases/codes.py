@@ -17,6 +17,7 @@ from tempfile import TemporaryDirectory
 from typing import Final, NamedTuple
 
 from agents.ground.cli import UsageError
+from agents.ground.versions import commit_of
 from benchmarks.perf_cases.cells import FLIGHT
 from benchmarks.timing import Count, Options, Row
 
@@ -83,8 +84,7 @@ def _codes(options: Options) -> dict[str, Path]:
 
 def _commit(checkout: Path) -> str:
     """The first digits of a checkout's commit."""
-    words = ["git", "-C", str(checkout), "rev-parse", "--short=8", "HEAD"]
-    return subprocess.run(words, check=True, capture_output=True, text=True).stdout.strip()
+    return (commit_of(checkout) or "unknown")[:8]
 
 
 def train(checkout: Path, throws: int, seed: int) -> dict[str, float]:

@@ -225,11 +225,11 @@ def end_settled(
 
 @kernel_part
 def _step_swing(
-    state: Floats, body: Body, pivot: Pivot, air: float, step: float, acceleration: Vector, speed: Vector
+    state: Floats, body: Body, pivot: Pivot, air: float, step: float, acceleration: Vector, velocity: Vector
 ) -> None:
     """Advance an object that swings under a hand by one step, in place.
 
-    Attitude, acceleration of the hand and its velocity against the air, `speed`, are in the axes in which the object
+    Attitude, acceleration of the hand, and velocity of the hand against the air are in the axes in which the object
     hung at rest.
     """
     turn, rate, arm, mass = _quaternion(state, 3), _vector(state, 10), _vector(pivot.arm), body.mass
@@ -248,7 +248,7 @@ def _step_swing(
     )
     torque = _rotate(_inverse(turn), spring)
     # Air, weight and inertia at the centre of mass.
-    velocity = _add_cross(_rotate(_inverse(turn), speed), rate, arm)
+    velocity = _add_cross(_rotate(_inverse(turn), velocity), rate, arm)
     force, moment = _body_air_force(body, air, velocity, rate)
     force = _add(force, -mass, _rotate(_inverse(turn), (ax, ay, az + GRAVITY)))
     torque = _add_cross(_add(torque, 1.0, moment), arm, force)
@@ -280,7 +280,7 @@ def swing_down(
     Args:
         state: states (N, STATE); only attitude and angular velocity are read and changed.
         objects: the objects and the lips of their cups.
-        hands: the hands.
+        hands: motions of the hands at the beginnings of K steps.
         steps: number of steps until each object's release (N,), at most K.
         step: length of a physics step [s].
         stride: steps between two records.

@@ -196,7 +196,7 @@ def roll_out(
 
 def simulation_ids(batch: Any, rows: Ints) -> Ints | None:
     """Simulations for a call of the engine; None where these are all, which the engine need not check."""
-    return None if rows.size == len(batch.state) else rows
+    return None if rows.size == batch.nsim else rows
 
 
 def check_warnings(batch: Any) -> None:

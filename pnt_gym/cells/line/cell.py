@@ -126,7 +126,7 @@ class LineCell:
         for row, generator in zip(rows, generators, strict=True):
             self.generators[int(row)] = generator
         self.arriving.draw(self.stream, rows, generators)
-        state = self.state.next(len(rows) == self.count)
+        state = self.state.next()
         state.put(rows, self._initial)
         work_in_parts(partial(self.chooser.advance, self.stream, state), rows, self._threads)
         self.state = state
@@ -196,13 +196,12 @@ class LineCell:
         Args:
             choice: index of the choice (N,), from 0 to `CHOICES` - 1.
         """
-        goes_on = ~self.over
-        before, state = self.state, self.state.next(bool(goes_on.all()))
+        before, state = self.state, self.state.next()
         chosen = take(before.choices, (np.arange(self.count), choice))
         attempt = Attempt(self.chooser, before.robot, self.stream, chosen)
         results, outcomes = self.throws.execute(before, attempt), Outcome.empty(self.count)
         simulate.end_cycles(self.chooser.tables, state, self.stream.riders, chosen, results, outcomes)
-        observation = self._advance(state, goes_on)
+        observation = self._advance(state)
         self.state = state
         elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - before.clock, 0.0)
         decisions = Decisions(
@@ -219,9 +218,9 @@ class LineCell:
             self.watched = self.watched.advance(float(before.clock[0]), cycle)
         return decisions
 
-    def _advance(self, state: LineState, goes_on: Bools) -> NDArray[np.float32]:
-        """Advance the lines that go on (N,), in place; observations of the robots that decide next (N, ENTRIES)."""
-        observations = np.empty((self.count, ENTRIES), dtype=np.float32)
+    def _advance(self, state: LineState) -> NDArray[np.float32]:
+        """Advance all lines in place; observations of the robots that decide next (N, ENTRIES)."""
+        observations, goes_on = np.empty((self.count, ENTRIES), dtype=np.float32), ~self.over
 
         def work(lines: Ints) -> None:
             self.chooser.advance(self.stream, state, lines[goes_on[lines]])

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.arrays import Floats, Ints, copy_rows, take
 from pnt_gym.rows import Bools2, Floats1, Floats3, Pair, Row, Rows, Rows1, Rows2, Triple, field, put
 
 CHOICES: Final = 16
@@ -322,17 +322,11 @@ class LineState(NamedTuple):
 
     def copy(self) -> Self:
         """The state with arrays of its own."""
-        return self._replace(
-            turns=self.turns.copy(), arms=self.arms.copy(), choices=self.choices.copy(), accounts=self.accounts.copy()
-        )
+        return self.next()._replace(accounts=copy_rows(self.accounts))
 
-    def next(self, is_of_all: bool) -> Self:
-        """The state for the next decisions, of all lines or of some: with arrays of its own, but for the books.
-
-        Choices of all lines are arbitrary then, to be written.
-        """
-        choices = np.empty_like(self.choices) if is_of_all else self.choices.copy()
-        return self._replace(turns=self.turns.copy(), arms=self.arms.copy(), choices=choices)
+    def next(self) -> Self:
+        """The state for the next decisions: with arrays of its own, but for the books."""
+        return self._replace(turns=copy_rows(self.turns), arms=copy_rows(self.arms), choices=copy_rows(self.choices))
 
     def take(self, lines: Ints) -> Self:
         """The states of some lines (K,), with arrays of their own."""

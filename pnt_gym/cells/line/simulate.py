@@ -64,7 +64,7 @@ def advance(tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1
     for n in lines:
         if state.turns[n].clock >= tables.line[0].duration:
             for c in range(state.choices.shape[1]):
-                state.choices[n, c] = tables.blank[0]
+                state.choices[n, c].real = False
         for r in range(state.arms.shape[1]):
             arm = state.arms[n, r]
             arm.expected = max(arm.expected, arm.free)

@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints, words
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.airborne import Body
 from pnt_gym.cells.base.bodies import (
     ModelObjects,
@@ -140,7 +140,9 @@ class Objects(Columns):
         # The semi-axes of a cylinder along its geom's axes: its radius twice, and half its length.
         size, lies = geoms.size, (self.shape == CYLINDER)[:, None]
         body["attitude"], body["semi_axes"] = geoms.quat, np.where(lies, size[:, [0, 0, 1]], size)
-        words(body)[:, -fluid.shape[1] :] = fluid  # the last fields, in the order of `geom_fluid`
+        for name, column in zip(("interacts", "blunt", "slender", "angular", "kutta", "magnus"), fluid.T, strict=False):
+            body[name] = column
+        body["virtual_mass"], body["virtual_inertia"] = fluid[:, 6:9], fluid[:, 9:]
         return body
 
     @cached_property
