@@ -7,11 +7,13 @@ when any of these changes.
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import inspect
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
 from types import FunctionType
@@ -20,13 +22,16 @@ from typing import Annotated, Any, Final, TypeVar, cast, get_args, get_origin, g
 import numba
 import numpy as np
 from numba.core import boxing, dispatcher, pythonapi, serialize
+from numba.np import arrayobj
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 
+_ARRAYS: Final[Any] = arrayobj
 _BOXING: Final[Any] = boxing
 _API: Final[Any] = pythonapi
 _SERIALIZE: Final[Any] = serialize
 _TUPLE: Final[Any] = tuple
+_TYPES: Final[Any] = numba.types
 _NJIT: Final[Any] = partial(numba.njit, error_model="numpy", nogil=True)
 """Divisions as in numpy, inf and NaN instead of exceptions; other threads go on meanwhile.
 
@@ -52,18 +57,32 @@ def _box(kind: Any, value: Any, given: Any) -> Any:
 # Python handles signals where Python code begins. Numba calls Python code for every array and NamedTuple that compiled
 # code returns, and goes on without it where Ctrl-C ended that code: the process would end by a fault of memory.
 _SERIALIZE._numba_unpickle = cache(_SERIALIZE._numba_unpickle)
-_API._boxers.functions |= dict.fromkeys((numba.types.NamedTuple, numba.types.NamedUniTuple), _box)
+_API._boxers.functions |= dict.fromkeys((_TYPES.NamedTuple, _TYPES.NamedUniTuple), _box)
 
 
 def kernel_part(function: FunctionT) -> FunctionT:
     """Compile a function that only compiled functions call, not Python; numba makes it a part of its callers."""
-    return _NJIT(no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
+    part = _NJIT(no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
+    if isinstance(part, _DISPATCHER):  # not so under NUMBA_DISABLE_JIT
+        part.get_call_template = partial(_find_call, part.get_call_template)
+    return part
+
+
+def _find_call(find: Callable[..., Any], arguments: Any, keywords: Any) -> Any:
+    """The version of a part for types of arguments; a number that a caller writes out brings no version of its own."""
+    return find([_TYPES.unliteral(kind) for kind in arguments], keywords)
 
 
 @kernel_part
 def empty_rows(shape: Any, dtype: Any) -> Any:
     """Rows of a type whose values are arbitrary, in a compiled function."""
     return np.empty(shape, dtype)
+
+
+@kernel_part
+def _refuse_shapes(_: Any, __: Any) -> None:
+    """Refuse to assign an array to a place of another shape."""
+    raise ValueError("an array is assigned to a place of another shape")
 
 
 if not isinstance(empty_rows, _DISPATCHER):  # under NUMBA_DISABLE_JIT
@@ -101,7 +120,8 @@ def kernel(function: FunctionT) -> FunctionT:
         kept._source_stamp = digest(function)
         if not _is_kept(kept):
             _announce()
-        compiled.compile(signature)
+        with _quick_compilation():
+            compiled.compile(signature)
         compiled.disable_compile()
         return compiled
     except Exception:  # any error of the cache folder; an error of the code is raised again below
@@ -109,15 +129,31 @@ def kernel(function: FunctionT) -> FunctionT:
         return _NJIT(signature)(function)
 
 
+@contextmanager
+def _quick_compilation() -> Generator[None]:
+    """Compilation without what takes a sixth of its time: collecting garbage, and machine code for texts of shapes.
+
+    Numba would compile such a text for its refusal to assign an array to a place of another shape.
+    """
+    is_collecting, refuse = gc.isenabled(), _ARRAYS.raise_with_shape_context
+    gc.disable()
+    _ARRAYS.raise_with_shape_context = _refuse_shapes
+    try:
+        yield
+    finally:
+        _ARRAYS.raise_with_shape_context = refuse
+        if is_collecting:
+            gc.enable()
+
+
 def _numba_type(hint: Any) -> Any:
     """Numba's type of an annotation."""
     if get_origin(hint) is Annotated:
         kind, form = get_args(hint)
-        return numba.types.Array(numba.from_dtype(form.dtype or get_args(kind)[0].dtype), form.axes, "C")
+        return _TYPES.Array(numba.from_dtype(form.dtype or get_args(kind)[0].dtype), form.axes, "C")
     if hasattr(hint, "_fields"):
         parts = get_type_hints(hint, include_extras=True).values()
-        types: Any = numba.types
-        return types.BaseTuple.from_types([_numba_type(part) for part in parts], hint)
+        return _TYPES.BaseTuple.from_types([_numba_type(part) for part in parts], hint)
     return {float: numba.float64, int: numba.int64, bool: numba.boolean, np.uint64: numba.uint64}[hint]
 
 

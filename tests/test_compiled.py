@@ -1,5 +1,6 @@
 """The planner's machine code: made once, kept, made anew where it cannot be kept, and true to its Python text."""
 
+import gc
 import importlib
 import os
 import pty
@@ -17,7 +18,7 @@ import pytest
 import pnt_gym
 from agents.ground.places import SHIPPED as ROOT
 from pnt_gym import compiled
-from pnt_gym.compiled import kernel
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.rows import Floats1
 from tests.tools.commands import environment, run_python
 from tests.tools.nightly import with_nightly
@@ -213,6 +214,42 @@ class Outer(NamedTuple):
 @kernel
 def nest(size: int) -> Outer:
     return Outer(Inner(np.zeros(size), 1.0), np.ones(size))
+
+
+@kernel_part
+def double(number):
+    return 2 * number
+
+
+@kernel
+def double_all(number: int) -> int:
+    return double(number) + double(0) + double(1)
+
+
+def test_numbers_that_callers_write_out_bring_no_versions_of_their_own():
+    assert double_all(20) == 42
+    assert len(double.overloads) == 1
+
+
+@kernel
+def copy_values(target: Floats1, source: Floats1) -> None:
+    target[:] = source
+
+
+@numba.njit
+def copy_elsewhere(target, source):
+    target[:] = source
+
+
+def test_an_array_of_another_shape_is_refused_and_numba_itself_is_as_before():
+    target = np.zeros(2)
+    copy_values(target, np.ones(2))
+    assert target.tolist() == [1.0, 1.0]
+    with pytest.raises(ValueError, match="place of another shape"):
+        copy_values(target, np.ones(3))
+    assert gc.isenabled()
+    with pytest.raises(ValueError, match=r"slice of shape \(2,\) from input of shape \(3,\)"):
+        copy_elsewhere(target, np.ones(3))
 
 
 def entered(call):
