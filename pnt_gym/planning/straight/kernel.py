@@ -33,7 +33,8 @@ from pnt_gym.rows import Bools1, Floats1, Floats2, Floats3, Ints1, Rows1
 
 NO_REACH, TOO_HIGH, OUTSIDE, TOO_FLAT = map(int, (Reason.NO_REACH, Reason.CEILING, Reason.WORKSPACE, Reason.ELEVATION))
 SAME_POINT = int(Reason.SAME_POINT)
-
+LOWER_STEPS, HALVINGS = 24, 12
+"""Number of lower elevations that are tried, and of bisection steps for the elevation between two of them."""
 
 LINE, RELEASE, THROW = ThrowLine.dtype, ReleaseBatch.dtype, Throw.dtype
 
@@ -298,6 +299,38 @@ def choose_targets(
                 good[row] = True
                 break
     return attempts, release_rows(throws, False, True, lines), good
+
+
+@kernel_part
+def _releases_below(throw: Throw, angle: float, top: float) -> bool:
+    """Whether a throw at an elevation [rad] is possible and releases its object at most at a height [m]."""
+    line = _line_at(throw, math.tan(angle))
+    return throw.pick[2] + line.distance * line.z <= top
+
+
+@kernel
+def lower_angles(throws: Rows1[Throw], angles: Floats1, tops: Floats1) -> Floats1:
+    """Find the largest elevations (N,) [rad] below others (N,) at which N throws release at most at heights (N,) [m].
+
+    A coarse walk down finds the first elevation that fits, and bisection the border above it. An elevation is 0 where
+    none fits.
+    """
+    lowered = np.empty(len(throws))
+    for row in range(len(throws)):
+        throw, angle, top, low = throws[row], angles[row], tops[row], 0.0
+        for step in range(LOWER_STEPS - 1, 0, -1):
+            if _releases_below(throw, angle * (step / LOWER_STEPS), top):
+                low = step / LOWER_STEPS
+                break
+        high = low + 1.0 / LOWER_STEPS
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            if _releases_below(throw, angle * middle, top):
+                low = middle
+            else:
+                high = middle
+        lowered[row] = angle * low
+    return lowered
 
 
 @kernel

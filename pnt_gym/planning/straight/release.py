@@ -134,6 +134,11 @@ def aim_lines(picks: Floats, targets: Floats, limits: LimitRows, elevation: Floa
     return ReleaseBatch(plans)
 
 
+def lower_elevation(picks: Floats, targets: Floats, limits: LimitRows, elevation: Floats, top: Floats) -> Floats:
+    """Return the largest elevations (N,) [rad] below given ones at which throws release at most at heights (N,) [m]."""
+    return kernel.lower_angles(_lay_out(picks, targets, limits), elevation, top)
+
+
 def release_at_point(
     picks: ArrayLike, points: ArrayLike, limits: Limits, plane_z: ArrayLike | None = None
 ) -> ReleaseBatch:

@@ -21,20 +21,14 @@ from pnt_gym.planning.motion.hunt import meet
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.kernel import go_back
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Space
-from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.rows import Hunt, Intercept, Segments
 from pnt_gym.planning.motion.scurve import coast
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.straight.kernel import choose_targets, stops_inside, throw_motions
 from pnt_gym.planning.straight.plan import ReleaseBatch, TargetChoice
-from pnt_gym.planning.straight.release import aim_lines, plan_release_batch, release_at_point
+from pnt_gym.planning.straight.release import aim_lines, lower_elevation, plan_release_batch, release_at_point
 from pnt_gym.planning.straight.rows import StopRules
 from pnt_gym.rows import Columns, Triple, field
-
-_LOWER_STEPS = 24
-"""Number of elevations that are tried when a corrected release would rise above the ceiling and its slack."""
-_HALVINGS = 12
-"""Bisection steps for that elevation."""
 
 
 @final
@@ -200,7 +194,7 @@ class StraightMover(Mover):
         rows = (release.feasible & (release.position[:, 2] > top)).nonzero()[0]
         if rows.size == 0:
             return release
-        angle[rows] = _lower_elevation(context.pick[rows], goal[rows], take(limits, rows), angle[rows], top[rows])
+        angle[rows] = lower_elevation(context.pick[rows], goal[rows], take(limits, rows), angle[rows], top[rows])
         return aim_lines(context.pick, goal, limits, angle)
 
     def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
@@ -252,19 +246,3 @@ class StraightMover(Mover):
     def approach(self, motion: ThrowMotion, meeting: Meeting, limits: LimitRows) -> Segments:
         """Motions straight to the points above the picks, the waits, and the descents."""
         return go_back(motion.stop, meeting.end, meeting.wait, limits, self._clearance)
-
-
-def _lower_elevation(pick: Floats, goal: Floats, limits: LimitRows, angle: Floats, top: Floats) -> Floats:
-    """The largest elevations (N,) [rad] below `angle` whose releases stay below the height `top` (N,) [m]."""
-
-    def fits(share: Floats) -> Bools:
-        release = aim_lines(pick, goal, limits, angle * share)
-        return release.feasible & (np.nan_to_num(release.position[:, 2], nan=np.inf) <= top)
-
-    # A coarse walk down finds the first elevation that fits; bisection then refines its border.
-    low, has_fit = np.zeros(len(angle)), np.zeros(len(angle), dtype=np.bool_)
-    for step in range(_LOWER_STEPS - 1, -1, -1):
-        share = np.full(len(angle), step / _LOWER_STEPS)
-        new = fits(share) & ~has_fit
-        low, has_fit = np.where(new, share, low), has_fit | new
-    return angle * bisect(fits, low, low + 1.0 / _LOWER_STEPS, _HALVINGS)[0]
