@@ -108,7 +108,10 @@ def settle(
 @final
 @dataclass(frozen=True)
 class Fall:
-    """Flights of N objects without the robot, K steps each; sensors at the start of a step, attitudes at its end."""
+    """Flights of N objects without the robot, K steps at most; sensors at the start of a step, attitudes at its end.
+
+    Values of steps that no simulation reached are zero.
+    """
 
     sensors: Floats
     """(N, K, columns)"""
@@ -146,16 +149,14 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     speed = np.sqrt(rising**2 + 2.0 * FASTEST_FALL * np.maximum(height, 0.0))
     above = float(np.where(height > 0.0, rising + speed, 0.0).min()) / FASTEST_FALL
     batch.warning[:] = 0
-    parts: list[tuple[Ints, slice, Any]] = []
     start, end = 0, chunk * (1 + min(int(above / step), int(steps.min()) - 1) // chunk)
+    longest = max(end, int(steps.max()) + chunk)
+    sensors, attitude = np.zeros((count, longest, int(batch.model.nsensordata))), np.zeros((count, longest, 4))
     while (falling := (last_steps > start).nonzero()[0]).size > 0:
         part = batch.rollout(end - start, record=("sensordata", "qpos"), ids=simulation_ids(batch, rows[falling]))
-        parts.append((falling, slice(start, end), part))
         freefall.end_settled(part["sensordata"], turning[rows[falling]], falling, spin, rims, end, last_steps)
+        index = slice(None) if len(falling) == count else falling
+        sensors[index, start:end], attitude[index, start:end] = part["sensordata"], part["qpos"][..., 3:7]
         start, end = end, end + chunk
     check_warnings(batch)
-    sensors, attitude = np.zeros((count, start, int(batch.model.nsensordata))), np.zeros((count, start, 4))
-    for falling, moments, part in parts:
-        index = slice(None) if len(falling) == count else falling
-        sensors[index, moments], attitude[index, moments] = part["sensordata"], part["qpos"][..., 3:7]
     return Fall(sensors, attitude, last_steps)

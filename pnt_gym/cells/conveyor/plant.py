@@ -181,9 +181,10 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         qpos, qvel = self.qpos[rows], self.qvel[rows]
         place, rate = qpos[:, scene.object_qpos :][:, :7], qvel[:, scene.object_qvel :][:, :6]
         fallen = self.free.fall(rows, context, place, rate, clock.end - clear)
-        sensors = fallen.sensors[:, :: clock.stride]
+        moments = slice(0, max(fallen.steps.tolist()), clock.stride)
+        sensors = fallen.sensors[:, moments]
         position, velocity = sensors[..., SENSORS["object_position"]], sensors[..., SENSORS["object_velocity"]]
-        attitude = fallen.attitude[:, :: clock.stride]
+        attitude = fallen.attitude[:, moments]
         unsure = clock.may_meet(context, (position, velocity, attitude), clear, fallen.steps)
         records, cup = in_order(robot_record["sensordata"], fallen.sensors), SENSORS["cup_contact"].start
         flight = join_flights(*records, clear, fallen.steps, clock.release, cup, TOUCH_DISTANCE)
