@@ -42,6 +42,8 @@ class Arguments:
     only: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, option("all entries", "LABEL")] = ()
     """Compute only the entry of this label, of a study the part of this name, and keep the other rows of --out; may be
     given more than once."""
+    missing: bool = False
+    """Of a study: measure only cases of which --out has no row, as after axes of the plan have grown."""
     data: Annotated[Path | None, option("none", "DIR")] = None
     """Folder of measured data, for a study that compares with some."""
 
@@ -56,7 +58,13 @@ def main(arguments: Arguments) -> None:
     is_study = isinstance(plan, StudyPlan)
     if arguments.data is not None and not (is_study and plan.needs_data):
         raise UsageError(f"--data is for studies that compare with measured data; {str(arguments.config)!r} has none")
-    planned = Study(plan, out, only, arguments.data) if is_study else Comparison(plan, out, only)
+    if arguments.missing and not is_study:
+        raise UsageError(f"--missing is for studies; {str(arguments.config)!r} is the plan of a comparison")
+    planned = (
+        Study(plan, out, only, arguments.data, is_missing=arguments.missing)
+        if is_study
+        else Comparison(plan, out, only)
+    )
     workers = pool(arguments.jobs, arguments.cluster, planned.needs() if arguments.cluster else Needs())
     planned.write(keep_missing(planned.jobs, work, workers, unit=planned.unit))
     console().print(f"all figures and throws are in {out}")

@@ -44,20 +44,38 @@ MOST_NAMED: Final = 80
 class Study:
     """Every case of a plan, each measured by the function that its part names.
 
+    Args:
+        plan: the plan.
+        out: file of the rows.
+        parts: names of the parts that are measured, while rows of others are kept; empty for all parts.
+        data: folder of measured data; None for a study that needs none.
+        is_missing: whether only cases are measured of which the file has no row.
+
     Attributes:
-        jobs: cases of the parts that are measured.
+        jobs: the cases that are measured.
         unit: unit of the costs of the jobs.
     """
 
     unit = "cases"
 
-    def __init__(self, plan: StudyPlan, out: Path, parts: Collection[str], data: Path | None = None) -> None:
+    def __init__(
+        self,
+        plan: StudyPlan,
+        out: Path,
+        parts: Collection[str],
+        data: Path | None = None,
+        *,
+        is_missing: bool = False,
+    ) -> None:
         check_writable(out)
         with about("--only"):
             cases = plan.cases(*parts)
         self._plan, self._out = plan, out
         self._head = {"study": plan.study, "version": pnt_gym.__version__, "world": WORLD}
         self._head |= {"seed": plan.seed, "throws": plan.throws}
+        self._kept = self._keep_rows(out, parts, is_missing) if out.is_file() else []
+        if is_missing:
+            cases = [case for case in cases if not case.rows_of(self._kept)]
         for measure in {case.measure for case in cases}:
             measurement(measure)
         code = code_digest(CODE)
@@ -65,7 +83,6 @@ class Study:
         for case in _with_data(cases, data) if plan.needs_data else cases:
             name = re.sub(r"[^\w.]+", "-", "-".join(str(label) for label in case.labels.values()))[:MOST_NAMED]
             self.jobs.append(Job(name, key(case=case, code=code), partial(_measure, case)))
-        self._kept = self._keep_rows(out, parts) if out.is_file() else []
 
     def needs(self) -> Needs:
         """Requirements of the jobs on another machine; which of them train networks, the plan does not say."""
@@ -79,8 +96,8 @@ class Study:
         for row in new:
             console().print(_line(row), markup=False, soft_wrap=True)
 
-    def _keep_rows(self, out: Path, parts: Collection[str]) -> list[Figures]:
-        """Rows of an earlier file of the study that stay; none where every part is measured.
+    def _keep_rows(self, out: Path, parts: Collection[str], is_missing: bool) -> list[Figures]:
+        """Rows of an earlier file of the study that stay; none where every case is measured.
 
         Raises:
             UsageError: the file is of something else, or has no row of a case that is not measured.
@@ -88,17 +105,21 @@ class Study:
         data = read_json(out)
         study.check(out, data)
         is_same = {**self._head, "rows": data["rows"]} == data
-        if parts and not is_same:
-            raise UsageError(f"{str(out)!r} is of another study, version, world, seed or number of throws; drop --only")
+        keeps = bool(parts) or is_missing
+        if keeps and not is_same:
+            raise UsageError(
+                f"{str(out)!r} is of another study, version, world, seed or number of throws; "
+                f"drop {'--missing' if is_missing else '--only'}"
+            )
         cases = self._plan.cases()
-        measured = self._plan.cases(*parts) if parts else []
+        measured = self._plan.cases(*parts) if keeps else []
         lacked = [case for case in cases if case not in measured and not case.rows_of(data["rows"])]
         if is_same and lacked:
             raise UsageError(
                 f"{str(out)!r} lacks {len(lacked)} of the {len(cases)} cases of its study, the first of which is "
-                f"{lacked[0]}; name parts in --only to keep the others, or move the file away"
+                f"{lacked[0]}; give --missing to measure these alone, or move the file away"
             )
-        return data["rows"] if parts else []
+        return data["rows"] if keeps else []
 
 
 def _with_data(cases: Sequence[Case], folder: Path | None) -> list[Case]:

@@ -90,6 +90,25 @@ def test_a_named_part_is_measured_and_the_rows_of_the_others_are_kept() -> None:
 
 
 @pytest.mark.usefixtures("desk_with_a_plan")
+def test_cases_of_which_the_file_has_no_row_are_measured_alone() -> None:
+    whole, _ = measure()
+    Path("plan.yaml").write_text(SMALL.replace("[0.0, 1.0]", "[0.0, 0.5, 1.0]") + OTHER)
+    marked = {**whole, "rows": [{**row, "mark": 1} for row in whole["rows"]]}
+    Path("out.json").write_text(json.dumps(marked))
+    assert "give --missing to measure these alone" in refused(*COMMAND)
+    assert "lacks 1 of the 7 cases" in refused(*COMMAND, "--missing", "--only", "throws")
+    data, count = measure("--missing")
+    assert [row.get("mark") for row in data["rows"]] == [1, None, 1, 1, None, 1, None]
+    assert [row.get("mismatch") for row in data["rows"]] == [0.0, 0.5, 1.0, 0.0, 0.5, 1.0, None]
+    assert count == 3
+    assert measure("--missing") == (data, 0)
+    Path("out.json").unlink()
+    assert measure("--missing")[1] == 0, "all pieces are there"
+    Path("out.json").write_text(json.dumps({**data, "seed": 1}))
+    assert "drop --missing" in refused(*COMMAND, "--missing")
+
+
+@pytest.mark.usefixtures("desk_with_a_plan")
 def test_rows_of_another_world_are_not_kept() -> None:
     whole, _ = measure()
     assert whole["world"] == WORLD
