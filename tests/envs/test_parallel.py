@@ -57,6 +57,18 @@ def test_parts_give_the_bits_of_one_thread(env_id, threads):
         assert_alike(*(env.step(action[:COUNT]) for env in (alone, split)))
 
 
+@pytest.mark.parametrize("threads", [2, 5])
+def test_flights_in_parts_give_the_bits_of_one_thread(threads, monkeypatch):
+    """Swings and falls in the air are split, and efforts are computed beside them."""
+    parts, whole = [], parallel.call_in_threads
+    monkeypatch.setattr(parallel, "call_in_threads", lambda calls: parts.append(len(calls)) or whole(calls))
+    alone, split = (opened(BANDIT, n, level={"base": "waste", "fidelity": "flight"}) for n in (1, threads))
+    assert_alike(*(env.reset(seed=3) for env in (alone, split)))
+    for action in actions(BANDIT, 3):
+        assert_alike(*(env.step(action[:COUNT]) for env in (alone, split)))
+    assert max(parts) == threads
+
+
 @pytest.mark.parametrize(
     ("env_id", "mode"), [("PnTConveyor-v0", "SameStep"), (BANDIT, "NextStep"), ("PnTConveyor-v0", "Disabled")]
 )

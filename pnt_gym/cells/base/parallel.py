@@ -13,9 +13,9 @@ from functools import cache, partial
 from itertools import chain, pairwise
 from queue import SimpleQueue
 from threading import Thread
-from typing import Final, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
-from pnt_gym.arrays import Ints
+from pnt_gym.arrays import Ints, take
 
 LEAST_ROWS: Final = 16
 """Fewest rows of a part: smaller parts lose more by the fixed cost of a throw, which each part pays, than they gain."""
@@ -33,6 +33,18 @@ def split_rows(count: int, threads: int) -> list[slice]:
     """Rows of each part: as many parts as threads, of nearly the same size, but none smaller than `LEAST_ROWS`."""
     parts = max(min(threads, count // LEAST_ROWS), 1)
     return [slice(begin, end) for begin, end in pairwise(count * k // parts for k in range(parts + 1))]
+
+
+def write_in_parts(function: Callable[..., None], arguments: tuple[Any, ...], count: int, threads: int) -> None:
+    """Call a function on parts of the rows of its arguments, in several threads.
+
+    Args:
+        function: writes results into rows of its arguments, independently of the other rows.
+        arguments: its arguments, whose arrays have N rows each, also those in records and tuples.
+        count: number of rows N.
+        threads: number of threads at most.
+    """
+    call_in_threads([partial(function, *take(arguments, rows)) for rows in split_rows(count, threads)])
 
 
 def work_in_parts(
@@ -71,8 +83,8 @@ def call_in_threads(calls: Sequence[Callable[[], ResultT]], threads: int | None 
     Raises:
         BaseException: of the first function, in the order of `calls`, that raises one.
     """
-    if len(calls) == 1:
-        return [calls[0]()]
+    if 1 in (len(calls), threads):
+        return [call() for call in calls]
     contexts, results, errors = [copy_context() for _ in calls], dict[int, ResultT](), dict[int, BaseException]()
 
     def work(part: int) -> None:

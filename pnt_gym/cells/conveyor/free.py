@@ -10,6 +10,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, length, take, take_rows
 from pnt_gym.cells.base import freefall, settle_kernel
 from pnt_gym.cells.base.airborne import STATE, Airborne, BinShape, Ground, Solid, Vicinity
 from pnt_gym.cells.base.bodies import MODEL_FIELDS, ModelFields, write_object
+from pnt_gym.cells.base.parallel import write_in_parts
 from pnt_gym.cells.base.plant import simulation_ids
 from pnt_gym.cells.base.recorded import Touchdown
 from pnt_gym.cells.base.settling import Fall, FallEnd, fall, settle
@@ -58,7 +59,7 @@ class FreeObjects:
     """
 
     def __init__(self, config: ConveyorConfig, count: int, threads: int) -> None:
-        self._config = config
+        self._config, self._threads = config, threads
         self._scene = build_free_scene(config)
         belt = config.belt
         (min_x, max_x), (min_y, max_y) = belt.x, belt.y
@@ -90,7 +91,7 @@ class FreeObjects:
         """
         rim = context.target[:, 2].copy()
         flying = Airborne(context.objects.body, context.drift.draught, self._config.mismatch)
-        landing, records, steps = cross_rims(flying, clock, rim)
+        landing, records, steps = cross_rims(flying, clock, rim, self._threads)
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)
         touched = clock.meets(context, (records[..., :3], records[..., 7:10], records[..., 3:7]), steps)
@@ -155,7 +156,7 @@ class FreeObjects:
         self._qpos[rows], self._qvel[rows] = qpos, qvel
 
 
-def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats) -> tuple[Floats, Floats, Ints]:
+def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats, threads: int = 1) -> tuple[Floats, Floats, Ints]:
     """Where N released objects cross the heights of rims (N,) [m], in the air alone.
 
     Returns:
@@ -168,7 +169,11 @@ def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats) -> tuple[Floats
     place = hand.position[:, 0] + clock.offset + parting.centre
     state = np.concatenate([place, parting.attitude, hand.velocity[:, 1] + parting.velocity, parting.rate], axis=1)
     records = np.empty((len(rim), int((clock.end - clock.release).max()) // stride + 2, STATE))
-    freefall.fly_down(state, flying, rim, step, stride, records, steps)
+    flights = state, flying, rim, step, stride, records, steps
+    if threads > 1:
+        write_in_parts(freefall.fly_down, flights, len(rim), threads)
+    else:
+        freefall.fly_down(*flights)
     # The last step undone: semi-implicit Euler moves by the velocity at the step's end.
     before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
     landing = landing_point(*before, rim)[:, :2]

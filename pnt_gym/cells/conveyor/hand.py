@@ -73,8 +73,10 @@ class ThrowClock:
     """The lips as springs; None where no object swings."""
 
     @classmethod
-    def of(cls, context: Context, plans: HandCycle, config: ConveyorConfig) -> ThrowClock:
+    def of(cls, context: Context, plans: HandCycle, config: ConveyorConfig, threads: int = 1) -> ThrowClock:
         """The throws of N objects in steps; an object that its cup drops is released at that moment.
+
+        Results do not depend on the number of threads.
 
         Raises:
             PhysicsError: a throw takes longer than the longest simulated throw.
@@ -94,7 +96,7 @@ class ThrowClock:
         if not (config.swings and any(grip_results.picked.tolist())):
             return clock
         spring = springs(context, config)
-        swung = swing_objects(context, spring, parting, clock.hand, release, clock.stride, config)
+        swung = swing_objects(context, spring, parting, clock.hand, release, clock.stride, config, threads)
         return replace(clock, parting=swung, spring=spring)
 
     @cached_property

@@ -10,10 +10,11 @@ again, the whole throw is simulated with the robot.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -56,6 +57,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.scene: Scene = build_scene(config)
         super().__init__(config, self.scene.model, count, threads)
         self._equalities = self.batch.bind("eq_active")
+        self._threads = threads
         self.free = FreeObjects(config, count, threads)
         model, robot = self.scene.model, self.scene.robot
         self._robot_qpos, self._robot_qvel = qpos_columns(model, robot), qvel_columns(model, robot)
@@ -91,7 +93,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
                     ]
                 )
             )
-        clock = ThrowClock.of(context, plans, self.config)
+        clock = ThrowClock.of(context, plans, self.config, self._threads)
         context = context.without_spin(clock.grips.unthrown)
         rows = np.arange(len(context.pick))
         return compute_by_mask(
@@ -196,8 +198,11 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
 
     def _simulate_flights(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Simulate flights after planned hand motions, and with the robot where the cup touches the object again."""
-        down, touched = self.free.predict_landings(context, clock)
-        effort = self._effort_of_plan(clock, np.zeros_like(rows))
+        calls: list[Callable[[], Any]] = [
+            partial(self.free.predict_landings, context, clock),
+            partial(self._effort_of_plan, clock, np.zeros_like(rows)),
+        ]
+        (down, touched), effort = call_in_threads(calls, self._threads)
         flown = SimulatedThrows(down, np.zeros(len(rows)), effort, clock.grips)
         return recompute_rows(flown, touched, self._simulate_to_the_end, rows, context, clock)
 

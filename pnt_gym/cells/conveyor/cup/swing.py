@@ -12,6 +12,7 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base import freefall
 from pnt_gym.cells.base.airborne import STATE, Carrying, Hanging, Pivot
 from pnt_gym.cells.base.bodies import up_axis
+from pnt_gym.cells.base.parallel import write_in_parts
 from pnt_gym.cells.conveyor.config import LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.clearance import Bodies, components, extent_along
@@ -86,6 +87,7 @@ def swing_objects(
     release: Ints,
     stride: int,
     config: ConveyorConfig,
+    threads: int,
 ) -> Parting:
     """State at the release of objects that swing under their cups during the throw.
 
@@ -97,6 +99,7 @@ def swing_objects(
         release: steps of the releases (N,).
         stride: steps between two records of the swing.
         config: the cell.
+        threads: number of threads; results do not depend on it.
     """
     motion, o = hand(np.arange(max(release.tolist()) + 1, dtype=np.int64)), context.objects
     count, steps, _ = motion.velocity.shape
@@ -105,7 +108,11 @@ def swing_objects(
     state[:, 3] = 1.0
     pivot = Pivot.zeros(count, arm=context.arm, stiffness=spring.stiffness, damping=spring.damping)
     lips = Hanging(o.body, pivot, config.mismatch)
-    freefall.swing_down(state, lips, hands, release, config.timestep, stride, attitudes)
+    swings = state, lips, hands, release, config.timestep, stride, attitudes
+    if threads > 1:
+        write_in_parts(freefall.swing_down, swings, count, threads)
+    else:
+        freefall.swing_down(*swings)
     swing, floor = Swing(attitudes, motion.position, release, stride), config.belt.height - CONTACT_DEPTH
     unsure = find_solid(Bodies.of(o), context.arm, o.middle, swing, LIP_LENGTH, floor)
     return part_objects(state, context.arm, hanging, *o.turn, unsure)
