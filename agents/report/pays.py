@@ -38,6 +38,8 @@ NEAR: Final = 1.25
 """Times the floor within which a learner has learned nearly all."""
 TOGETHER: Final = "all together"
 """The effect of the study `mismatch` that has every other one."""
+FITTED: Final = "fitted planner"
+"""The controller of the study `curves` that knows how a throw flies."""
 WITHOUT: Final = "without a planner"
 """The part of the study `curves` whose learner gets no analytic throw to correct."""
 
@@ -97,7 +99,10 @@ class Point(NamedTuple):
 
 
 def curves_values(results: Data) -> dict[str, Any]:
-    """The nearest learner after few throws, the first near the floor, and a learner without a planner at its end."""
+    """The fitted planner and the nearest learner after few throws, the first near the floor, and one without a planner.
+
+    The fitted planner knows how a throw flies, so it is not among the learners.
+    """
     data = _read(results["curves"], "controller", "throws", "landing_error_mean_m")
     fixed = {row["controller"]: row["landing_error_mean_m"] for row in data["rows"] if row["part"] == FIXED}
     if not {"analytic", "floor"} <= set(fixed):
@@ -107,12 +112,15 @@ def curves_values(results: Data) -> dict[str, Any]:
         for label, of_counts in _curves(data, "landing_error_mean_m").items()
         for count, errors in of_counts.items()
     )
+    fitted = next((point for point in points if (point.label, point.throws) == (FITTED, FEW)), None)
+    points = [point for point in points if point.label != FITTED]
     blind = {row["controller"] for row in data["rows"] if row["part"] == WITHOUT}
     return {
         "planner": fixed["analytic"],
         "floor": fixed["floor"],
         "few": FEW,
         "times": f"{NEAR:g}",
+        "fitted": fitted,
         "nearest": min((point for point in points if point.throws <= FEW), key=lambda point: point.error),
         "near": next((point for point in points if point.error <= NEAR * fixed["floor"]), None),
         "blind": next((point for point in reversed(points) if point.label in blind), None),

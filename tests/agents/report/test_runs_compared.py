@@ -78,9 +78,14 @@ def test_the_sentence_of_the_curves_names_who_is_near_first() -> None:
     rows += [_curve("learners", "ridge", throws, error) for throws, error in ((10, 0.03), (100, 0.014), (1000, 0.012))]
     rows += [_curve("learners", "MLP", throws, error) for throws, error in ((10, 0.04), (100, 0.013), (1000, 0.0101))]
     text = _answer("curves", rows)
-    assert text == (
-        "The planner lands 50.0 mm off. After 10 throws, ridge is nearest with 30.0 mm. Of all learners, MLP "
+    others = (
+        " Of all that learn without physics, ridge is nearest after 10 throws, with 30.0 mm, and MLP "
         "comes within 1.25 times the floor of 10.0 mm first, with 10.1 mm after 1,000 throws."
+    )
+    assert text == f"The planner lands 50.0 mm off.{others}"
+    fitted = [_curve("learners", "fitted planner", throws, error) for throws, error in ((1, 0.012), (10, 0.011))]
+    assert _answer("curves", rows + fitted) == (
+        f"The planner lands 50.0 mm off, and fitted to 10 throws 11.0 mm.{others}"
     )
     rows += [_curve("without a planner", "SAC alone", throws, error) for throws, error in ((300, 0.3), (3000, 0.09))]
     assert _answer("curves", rows) == (
