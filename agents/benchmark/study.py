@@ -73,7 +73,8 @@ class Study:
         self._plan, self._out = plan, out
         self._head = {"study": plan.study, "version": pnt_gym.__version__, "world": WORLD}
         self._head |= {"seed": plan.seed, "throws": plan.throws}
-        self._kept = self._keep_rows(out, parts, is_missing) if out.is_file() else []
+        option = "--missing" if is_missing else "--only" if parts else ""
+        self._kept = self._keep_rows(out, cases, option) if out.is_file() else []
         if is_missing:
             cases = [case for case in cases if not case.rows_of(self._kept)]
         for measure in {case.measure for case in cases}:
@@ -96,8 +97,13 @@ class Study:
         for row in new:
             console().print(_line(row), markup=False, soft_wrap=True)
 
-    def _keep_rows(self, out: Path, parts: Collection[str], is_missing: bool) -> list[Figures]:
+    def _keep_rows(self, out: Path, chosen: Sequence[Case], option: str) -> list[Figures]:
         """Rows of an earlier file of the study that stay; none where every case is measured.
+
+        Args:
+            out: the file.
+            chosen: cases whose rows the file may lack, where there is an option.
+            option: option by which rows stay; empty where every case is measured.
 
         Raises:
             UsageError: the file is of something else, or has no row of a case that is not measured.
@@ -105,21 +111,19 @@ class Study:
         data = read_json(out)
         study.check(out, data)
         is_same = {**self._head, "rows": data["rows"]} == data
-        keeps = bool(parts) or is_missing
-        if keeps and not is_same:
+        if option and not is_same:
             raise UsageError(
-                f"{str(out)!r} is of another study, version, world, seed or number of throws; "
-                f"drop {'--missing' if is_missing else '--only'}"
+                f"{str(out)!r} is of another study, version, world, seed or number of throws; drop {option}"
             )
         cases = self._plan.cases()
-        measured = self._plan.cases(*parts) if keeps else []
+        measured = chosen if option else []
         lacked = [case for case in cases if case not in measured and not case.rows_of(data["rows"])]
         if is_same and lacked:
             raise UsageError(
                 f"{str(out)!r} lacks {len(lacked)} of the {len(cases)} cases of its study, the first of which is "
-                f"{lacked[0]}; give --missing to measure these alone, or move the file away"
+                f"{lacked[0]}; give --missing to measure these alone, without --only, or move the file away"
             )
-        return data["rows"] if keeps else []
+        return data["rows"] if option else []
 
 
 def _with_data(cases: Sequence[Case], folder: Path | None) -> list[Case]:

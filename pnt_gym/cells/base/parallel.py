@@ -73,8 +73,9 @@ def work_in_parts(
 def call_in_threads(calls: Sequence[Callable[[], ResultT]], threads: int | None = None) -> list[ResultT]:
     """Results of functions that run at the same time, in this thread and in threads that help.
 
-    A thread that wakes late leaves its function to the others. All functions have ended when this function ends, also
-    with an error. Numpy's settings of floating-point errors are those of the caller in all threads.
+    A thread that wakes late leaves its function to the others. No function runs on when this function ends, also with
+    an error; in a single thread the functions after an error do not begin. Numpy's settings of floating-point errors
+    are those of the caller in all threads.
 
     Args:
         calls: the functions, in the order in which they begin.
