@@ -46,7 +46,9 @@ class ConveyorConfig(SortingLine):
 
     timestep: Annotated[float, Field(ge=0.0001, le=0.002)] = Field(
         default=0.001,
-        description="Physics step [s]; 1 ms for training, 0.4 ms for evaluation, above 2 ms kinematic loops drift.",
+        description="Physics step [s]; 1 ms for training, 0.4 ms for evaluation. Long steps make contacts rebound too "
+        "much: in steps of 1 ms those of a restitution of 0.87 or more gain speed, in steps of 2 ms those of 0.32 or "
+        "more. Above 2 ms kinematic loops drift.",
     )
     fidelity: Literal["full", "flight"] = Field(
         default="full",

@@ -150,3 +150,10 @@ def test_no_rebound_in_the_engine_is_greater_than_the_largest(restitution, slack
     largest = np.empty(1)
     fill_rebounds(contact_solref([restitution]), core.config.timestep, largest)
     assert largest[0] - slack < (speed.max(axis=1) / -speed.min(axis=1)).max() < largest[0] + 0.003
+
+
+@pytest.mark.parametrize(("step", "restitution"), [(0.001, 0.87), (0.002, 0.32)])
+def test_contacts_gain_speed_in_steps_of_the_engine_from_the_restitutions_that_the_settings_name(step, restitution):
+    largest = np.empty(2)
+    fill_rebounds(np.ascontiguousarray(contact_solref([restitution - 0.01, restitution])), step, largest)
+    assert largest[0] < 1.0 < largest[1]
