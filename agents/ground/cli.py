@@ -17,7 +17,7 @@ from dataclasses import fields
 from inspect import signature
 from numbers import Integral
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar, get_args, get_type_hints
 
 import tyro
 
@@ -47,6 +47,11 @@ DEFECT = 70
 """Exit code after a fault of the program, as in sysexits.h."""
 _CHOICE: Final = re.compile(r"[Ii]nvalid choice '(.*)' for argument '(.*)'\. Expected one of \((.*)\)")
 """Sentence of tyro about a value that is none of an option's choices, which tyro lists in any order."""
+_VALUES: Final = re.compile(r"Error parsing (\S+): .*?(?:\[('.*?')\]|: ('.*?')$)")
+"""Sentence of tyro about values that are no numbers."""
+_NO_VALUE: Final = re.compile(r"Missing value for argument '(.*)'\. Expected (\d+)")
+_NO_OPTIONS: Final = re.compile(r"Missing from .*:\s*\n( +)\S")
+"""Title of tyro over the options that must be given, which stand less far to the right than their help."""
 EXTRAS = {
     "torch": "rl",
     "stable_baselines3": "rl",
@@ -260,12 +265,35 @@ def _parse(arguments: type[Arguments], program: str, command_line: Sequence[str]
     box = re.sub(r"\x1b\[[\d;]*m|[│╭╮╰╯─]|-{5,}", "", output.getvalue())
     problem = re.split(r"\n\s*\n", box.partition("\n")[2].strip())[0]
     problem = re.sub(r"'None',\s+|,\s+'None'|\{None\}\|", "", problem)  # options that were not given
-    if choice := _CHOICE.search(" ".join(problem.split())):
-        known = sorted(re.findall(r"'([^']*)'", choice[3]))
-        raise UsageError(f"{choice[2]}: {unknown_name('value', choice[1], known)}; see {program} --help")
     hint = re.search(r"Perhaps you meant:\s+(.*)", box)
     suggestion = f"; perhaps you meant {hint[1].strip()}" if hint else ""
-    raise UsageError(f"{one_sentence(problem.rstrip(' .:'), 200)}{suggestion}; see {program} --help")
+    raise UsageError(f"{_sentence(problem, get_type_hints(arguments))}{suggestion}; see {program} --help")
+
+
+def _sentence(problem: str, hints: Mapping[str, Any]) -> str:
+    """What tyro says about a command line, in words of this package; `hints` are the types of the options."""
+    line = " ".join(problem.split())
+    if choice := _CHOICE.search(line):
+        known = sorted(re.findall(r"'([^']*)'", choice[3]))
+        return f"{choice[2]}: {unknown_name('value', choice[1], known)}"
+    if values := _VALUES.search(line):
+        given, kind = values[2] or values[3], _number_in_words(hints.get(values[1].strip("-").replace("-", "_")))
+        if kind:
+            subject = "each" if ", " in given else "it"
+            return f"{values[1]} is {one_sentence(given, 80)}; {subject} must be {kind}"
+    if no_value := _NO_VALUE.search(line):
+        return f"{no_value[1]} needs {'a value' if no_value[2] == '1' else f'{no_value[2]} values'}"
+    if no_options := _NO_OPTIONS.search(problem):
+        needed = re.findall(rf"^{no_options[1]}(\S.*?)\s*$", problem, re.MULTILINE)
+        return f"give {' and '.join(needed)}"
+    return one_sentence(problem.rstrip(" .:"), 200)
+
+
+def _number_in_words(hint: Any) -> str:
+    """The number that an option of a type takes, in words; nothing for a type without numbers."""
+    types = [hint, *get_args(hint)]
+    types += [part for kind in types for part in get_args(kind)]
+    return "a number" if float in types else "a whole number" if int in types else ""
 
 
 def describe_error(error: Exception) -> str:

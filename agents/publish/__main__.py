@@ -35,7 +35,7 @@ class Arguments:
     The copy is a run folder that `evaluate` and `play` take; training cannot go on from the copy.
     """
 
-    folder: Annotated[Path, tyro.conf.Positional]
+    folder: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN_DIR")]
     """The run folder."""
     env: Annotated[str | None, option("that of the run folder", "MODULE:ID")] = None
     """The environment, if a module of yours registers it and has to be imported."""

@@ -197,7 +197,7 @@ def test_what_a_command_needs_is_asked_for_by_name(place: Path, command: str) ->
         if option.command == command and (option.is_needed or (option.word and option.has_one_value)):
             words = () if option.is_needed else (*NEEDED.get(command, ()), option.word)
             said = refusal_of(place, module_of(command), *words)
-            assert (option.word or "(required)") in said
+            assert (option.word or "give ") in said
 
 
 def wrong_keys() -> st.SearchStrategy[Key]:

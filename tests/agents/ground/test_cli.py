@@ -52,6 +52,33 @@ def test_a_mistake_ends_the_process_in_one_sentence(tmp_path: Path, start: Start
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ("train --steps 1.5", "--steps is '1.5'; it must be a whole number; see"),
+        ("train --num-envs two", "--num-envs is 'two'; it must be a whole number; see"),
+        ("compare analytic ridge --margin wide", "--margin is 'wide'; it must be a number; see"),
+        ("play --at now", "--at is 'now'; it must be a number; see"),
+        ("line plan --speeds 0.3 fast", "--speeds is '0.3', 'fast'; each must be a number; see"),
+        ("line plan --robots a", "--robots is 'a'; it must be a whole number; see"),
+        ("train --steps", "--steps needs a value; see"),
+        (
+            "evaluate --controller analytic --throws some",
+            "--throws: unknown value 'some'; known are flight, full, table",
+        ),
+        ("evaluate", "give --controller NAME|"),
+        ("publish", "give RUN_DIR; see"),
+        ("benchmark.submit", "give MODULE:CLASS|RUN_DIR|NAME and --by STR; see"),
+    ],
+)
+def test_options_of_another_form_are_refused_in_words_of_people(tmp_path: Path, line: str, sentence: str) -> None:
+    done = call_here(f"agents.{line}", folder=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith(f"error: {sentence}")
+    assert done.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
