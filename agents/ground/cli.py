@@ -286,7 +286,7 @@ def _sentence(problem: str, hints: Mapping[str, Any]) -> str:
     if no_options := _NO_OPTIONS.search(problem):
         needed = re.findall(rf"^{no_options[1]}(\S.*?)\s*$", problem, re.MULTILINE)
         return f"give {' and '.join(needed)}"
-    return one_sentence(problem.rstrip(" .:"), 200)
+    return one_sentence(problem.rstrip(" .:").replace("Unrecognized options:", "unknown options:"), 200)
 
 
 def _number_in_words(hint: Any) -> str:

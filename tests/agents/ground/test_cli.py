@@ -66,6 +66,7 @@ def test_a_mistake_ends_the_process_in_one_sentence(tmp_path: Path, start: Start
             "evaluate --controller analytic --throws some",
             "--throws: unknown value 'some'; known are flight, full, table",
         ),
+        ("train --step 3", "unknown options: --step, 3; perhaps you meant --steps N; see"),
         ("evaluate", "give --controller NAME|"),
         ("publish", "give RUN_DIR; see"),
         ("benchmark.submit", "give MODULE:CLASS|RUN_DIR|NAME and --by STR; see"),
