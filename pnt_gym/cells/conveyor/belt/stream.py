@@ -18,7 +18,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, in_order, join_columns, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.base.items import ELLIPSOID
-from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.objects.records import Objects, outline_reach
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
@@ -198,11 +198,8 @@ class Outline(NamedTuple):
     yaw: float
 
 
-@kernel_part
-def _half_extent(is_ellipse: bool, length: float, width: float, cosine: float, sine: float) -> float:
-    """Half extent of an outline along a direction that is turned from its length, as `objects.records.half_extent`."""
-    along, across = 0.5 * length * abs(cosine), 0.5 * width * abs(sine)
-    return math.sqrt(along * along + across * across) if is_ellipse else along + across
+_half_extent: Final[Any] = kernel_part(outline_reach)
+"""Half extent of one outline."""
 
 
 @kernel_part

@@ -160,8 +160,21 @@ def half_extent(objects: Objects, heading: float | Floats = 0.0) -> Floats:
         objects: objects of any leading shape S.
         heading: angle of the direction, from the belt's travel towards the bins: one number, or S [rad].
     """
-    # Support function: a |cos| + b |sin| of a rectangle, sqrt((a cos)^2 + (b sin)^2) of an ellipse.
     turned = heading - objects.yaw
-    along = 0.5 * objects.size[..., 0] * np.abs(np.cos(turned))
-    across = 0.5 * objects.size[..., 1] * np.abs(np.sin(turned))
-    return np.where(objects.shape == ELLIPSOID, np.sqrt(along * along + across * across), along + across)
+    is_ellipse = objects.shape == ELLIPSOID
+    return outline_reach(is_ellipse, objects.size[..., 0], objects.size[..., 1], np.cos(turned), np.sin(turned))
+
+
+def outline_reach(is_ellipse: Any, length: Any, width: Any, cosine: Any, sine: Any) -> Any:
+    """Half extents of outlines along directions that are turned from their lengths, S: of arrays, or of numbers.
+
+    Args:
+        is_ellipse: whether each outline is an ellipse, not a rectangle, S.
+        length: extents S [m].
+        width: extents across the length S [m].
+        cosine: cosines of the turns S.
+        sine: sines of the turns S.
+    """
+    # Support function: a |cos| + b |sin| of a rectangle, sqrt((a cos)^2 + (b sin)^2) of an ellipse.
+    along, across = 0.5 * length * abs(cosine), 0.5 * width * abs(sine)
+    return is_ellipse * np.sqrt(along * along + across * across) + (1.0 - is_ellipse) * (along + across)
