@@ -24,6 +24,8 @@ import numpy as np
 from numba.core import boxing, dispatcher, pythonapi, serialize
 from numba.np import arrayobj
 
+from pnt_gym.uncompiled import PythonRows, as_python
+
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 
 _ARRAYS: Final[Any] = arrayobj
@@ -89,7 +91,7 @@ if not isinstance(empty_rows, _DISPATCHER):  # under NUMBA_DISABLE_JIT
 
     def empty_rows(shape: Any, dtype: Any) -> Any:
         """Rows of a type whose values are arbitrary, with fields that Python reads as attributes."""
-        return np.empty(shape, dtype).view(np.recarray)
+        return PythonRows(np.empty(shape, dtype))
 
 
 def kernel(function: FunctionT) -> FunctionT:
@@ -106,14 +108,7 @@ def kernel(function: FunctionT) -> FunctionT:
     try:
         compiled = _NJIT(function)
         if not isinstance(compiled, _DISPATCHER):  # under NUMBA_DISABLE_JIT
-
-            def call(*arguments: Any) -> Any:  # with rows whose fields Python reads as attributes, as machine code does
-                return function(
-                    *[a.view(np.recarray) if getattr(a, "dtype", np.dtype(float)).names else a for a in arguments]
-                )
-
-            # Machine code never warns of a sum that wraps around or of a division by zero.
-            return cast("FunctionT", np.errstate(all="ignore")(call))
+            return cast("FunctionT", as_python(function))
         compiled.enable_caching()
         # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
         kept = compiled._cache._cache_file

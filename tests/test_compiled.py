@@ -38,6 +38,25 @@ level = release_at_elevation(picks, targets, MotionLimits(*numbers), 0.2)
 parts = [x for p in (plans, level) for x in (p.position, p.velocity, p.angle, p.azimuth, p.time, p.flight_time)]
 print(b"".join(x.tobytes() for x in (*parts, plans.reason, plans.ceiling_active, plans.workspace_active)).hex())
 """
+# Prints observations and rewards of three steps of every environment, and of flights.
+STEPS = """
+import gymnasium as gym
+import numpy as np
+import pnt_gym
+
+flights = {"level": {"base": "cells", "fidelity": "flight"}}
+cases = [*((env_id, {}) for env_id in pnt_gym.ENV_IDS), ("PnTAdapt-v0", flights)]
+for env_id, options in cases:
+    env = gym.make(env_id, **options)
+    env.action_space.seed(3)
+    values = [env.reset(seed=3)[0]]
+    for _ in range(3):
+        observation, reward, *ends, _ = env.step(env.action_space.sample())
+        values += [observation, reward]
+        values += [env.reset()[0]] if any(ends) else []
+    parts = [part for value in values for part in (value.values() if isinstance(value, dict) else [value])]
+    print(*np.concatenate([np.ravel(part) for part in parts]).astype(float).tolist())
+"""
 KEPT = """
 from pnt_gym.planning.straight.kernel import choose_slopes, release_rows
 print(*(len(f.stats.cache_hits) + 10 * len(f.stats.cache_misses) for f in (choose_slopes, release_rows)))
@@ -61,6 +80,14 @@ def test_machine_code_computes_what_the_text_says(known):
     assert run(PLAN, NUMBA_DISABLE_JIT=1).stdout == known
     assert len(known) > 400 * 19 * 8
     assert np.isfinite(np.frombuffer(bytes.fromhex(known.strip())[: 400 * 3 * 8])).mean() > 0.5
+
+
+def test_environments_step_without_machine_code_as_with_it():
+    """Almost to the bit: machine code multiplies for itself where its text has a power."""
+    steps, texts = (run(STEPS, NUMBA_DISABLE_JIT=off).stdout.splitlines() for off in (0, 1))
+    assert len(steps) == len(pnt_gym.ENV_IDS) + 1
+    for step, text in zip(steps, texts, strict=True):
+        np.testing.assert_allclose(np.array(text.split(), float), np.array(step.split(), float), rtol=1e-6, atol=1e-9)
 
 
 @pytest.fixture(scope="module")
@@ -221,8 +248,8 @@ def double(number):
     return 2 * number
 
 
-@kernel
-def double_all(number: int) -> int:
+@numba.njit  # compiled anew in every process, so that the versions of its parts are there
+def double_all(number):
     return double(number) + double(0) + double(1)
 
 
