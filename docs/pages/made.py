@@ -19,7 +19,21 @@ from agents.ground.outputs import deliver_text
 from agents.ground.places import SHIPPED as ROOT
 from agents.report.blocks import MARKED, fill, makers_from, rewrite
 
-from . import cite, commands, controllers, environments, examples, fit, items, levels, papers, results, side, throw
+from . import (
+    cite,
+    commands,
+    controllers,
+    environments,
+    examples,
+    fit,
+    items,
+    levels,
+    papers,
+    reality,
+    results,
+    side,
+    throw,
+)
 from .texts import link_texts, write_texts
 
 DOCS: Final = ROOT / "docs"
@@ -47,6 +61,8 @@ MAKERS: Final[Mapping[str, Callable[[str], str]]] = {
     "parts": papers.part_table,
     "drawings": papers.drawings,
     "verdicts": results.verdict_table,
+    "measured": reality.measured_table,
+    "measure-yours": reality.advice_table,
 }
 """Functions that fill blocks, by the name of the block; each takes the argument of the block."""
 DRAWINGS: Final[Mapping[str, Callable[[], str]]] = {

@@ -161,8 +161,8 @@ class Spread(Section):
         default=0.35,
         le=1,
         description="Lognormal spread of the restitution of contacts, drawn for each throw, which is at most 1; the "
-        "spread scales with the mismatch, for the conveyor only. 0.34 fits single drops of one and the same square "
-        "(data of `DAIRLab/ImpactModeling`).",
+        "spread scales with the mismatch, for the conveyor only. Single drops of one and the same square fit a spread "
+        "of 0.43 (study `reality`, data of `DAIRLab/ImpactModeling`).",
     )
     friction: NonNegative = Field(
         default=0.3,
