@@ -83,7 +83,7 @@ def sample_shares(parts: Parts) -> Iterator[dict[str, float]]:
             names.add(frame.f_code.co_qualname)
             frame = frame.f_back
         times[next((part for part, functions in parts if functions <= names), REST)] += now - last
-        last = now
+        last = time.thread_time()  # the sample's own time is no part's
 
     before, shares = signal.signal(signal.SIGALRM, take_sample), dict[str, float]()
     signal.setitimer(signal.ITIMER_REAL, INTERVAL, INTERVAL)

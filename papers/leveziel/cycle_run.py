@@ -7,8 +7,9 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, in_order
 from pnt_gym.cells.base.plant import Recording, roll_out, touching
+from pnt_gym.cells.base.recorded import MotorRecord
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig, Table, Tray
 from pnt_gym.cells.gripper.motion import TossPlans, ease
@@ -117,8 +118,9 @@ def run_cycles(count: int, *, mismatch: float, share: float, seed: int = 0) -> C
     # The simulator's times count from the moment the claws begin to close.
     closing = way.phases["close"].start
     sensordata = record["sensordata"]
-    speed = record["qvel"][:, closing:, plant.motors]
-    flown = RecordedThrows.of(sensordata[:, closing:], speed, plans, steps - closing - 1, config.timestep)
+    closed, speed = in_order(sensordata[:, closing:], record["qvel"][:, closing:])
+    motors = MotorRecord(closed, plant.torques, speed, plant.motors)
+    flown = RecordedThrows.of(closed, motors, plans, steps - closing - 1, config.timestep)
     contact = sensordata[..., SENSORS["pad_contact"]].reshape(*control.shape[:2], 2, 2)
     qpos, claws = record["qpos"], PROTOTYPE_BUILD.claws
     return Cycles(

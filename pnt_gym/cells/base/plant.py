@@ -165,7 +165,9 @@ def roll_out(
     for name in names:
         if name not in widths:
             raise PhysicsError(unknown_name("recorded field", name, widths))
-        record[name] = np.zeros((*control.shape[:2], int(widths[name])))
+        record[name] = np.empty((*control.shape[:2], int(widths[name])))
+        for row, end in enumerate(steps.tolist()):
+            record[name][row, end:] = 0.0
     order, ends = np.argsort(steps, kind="stable").tolist(), steps.tolist()
     batch.warning[:] = 0
     for first in range(0, len(order), batch.nthread):
@@ -176,8 +178,8 @@ def roll_out(
             if moments.start == moments.stop:
                 continue
             # The controls and records of one simulation are views, which the engine reads and writes without a copy.
-            is_one, rows = place == len(group) - 1, sorted(group[place:])
-            index = slice(row, row + 1) if is_one else rows
+            is_one = place == len(group) - 1
+            index = slice(row, row + 1) if is_one else sorted(group[place:])
             out = {name: values[index, moments] for name, values in record.items()} if is_one else None
             part = batch.rollout(
                 moments.stop - moments.start,

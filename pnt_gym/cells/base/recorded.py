@@ -14,6 +14,7 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.base.plant import TOUCH_DISTANCE
 from pnt_gym.cells.base.sorting import SortingReward
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
@@ -121,37 +122,6 @@ class Touchdown(NamedTuple):
 
 
 @kernel
-def join_flights(
-    held: Floats3, alone: Floats3, clear: Ints1, steps: Ints1, release: Ints1, cup: int, near: float
-) -> ObjectFlight:
-    """Flights of N objects, joined from records with the robot and without it, step by step.
-
-    Nothing touches an object after its last step.
-
-    Args:
-        held: position, velocity and contact, number and smallest distance, with the robot (N, K, 8+); SI units.
-        alone: as `held`, without the robot, from its end on (N, L, 8).
-        clear: step of each object from which on it is recorded without the robot (N,).
-        steps: number of these steps (N,).
-        release: first steps without grip (N,).
-        cup: column of `held` at which the contact with the cup stands.
-        near: smallest distance from which on a contact does not count [m].
-    """
-    count, longest = len(clear), (clear + steps).max()
-    position, velocity = np.zeros((count, longest, 3)), np.zeros((count, longest, 3))
-    hand_touch, any_touch = np.zeros((count, longest), np.bool_), np.zeros((count, longest), np.bool_)
-    for n in range(len(clear)):
-        for k in range(clear[n] + steps[n]):
-            record = held[n, k] if k < clear[n] else alone[n, k - clear[n]]
-            for axis in range(3):
-                position[n, k, axis] = record[axis]
-                velocity[n, k, axis] = record[3 + axis]
-            any_touch[n, k] = record[6] > 0.0 and record[7] < near
-            hand_touch[n, k] = k < clear[n] and record[cup] > 0.0 and record[cup + 1] < near
-    return ObjectFlight(position, velocity, hand_touch, any_touch, release, clear + steps - 1)
-
-
-@kernel
 def touchdown(flight: ObjectFlight, target: Floats2) -> Touchdown:
     """Landings where N free flights cross the heights of openings (N, 3) [m], going down, and last states of objects.
 
@@ -180,6 +150,47 @@ def touchdown(flight: ObjectFlight, target: Floats2) -> Touchdown:
             # An object that is never above the plane after the release fell short; its last position counts.
             landing[n, 0], landing[n, 1] = position[last, 0], position[last, 1]
     return Touchdown(landing, final_position, final_velocity, recontact)
+
+
+@kernel_part
+def _join_flights(held: Floats3, alone: Floats3, clear: Ints1, steps: Ints1, release: Ints1, cup: int) -> ObjectFlight:
+    """Flights of N objects from their releases on, joined step by step; arguments as of `joined_touchdown`.
+
+    Step 0 of a flight is the release. Nothing touches an object after its last step.
+    """
+    count, held_steps = len(clear), clear - release
+    longest = (held_steps + steps).max()
+    position, velocity = np.zeros((count, longest, 3)), np.zeros((count, longest, 3))
+    hand_touch, any_touch = np.zeros((count, longest), np.bool_), np.zeros((count, longest), np.bool_)
+    for n in range(len(clear)):
+        for k in range(held_steps[n] + steps[n]):
+            is_held = k < held_steps[n]
+            record = held[n, release[n] + k] if is_held else alone[n, k - held_steps[n]]
+            for axis in range(3):
+                position[n, k, axis] = record[axis]
+                velocity[n, k, axis] = record[3 + axis]
+            any_touch[n, k] = record[6] > 0.0 and record[7] < TOUCH_DISTANCE
+            hand_touch[n, k] = is_held and record[cup] > 0.0 and record[cup + 1] < TOUCH_DISTANCE
+    first = np.zeros(count, np.int64)
+    return ObjectFlight(position, velocity, hand_touch, any_touch, first, held_steps + steps - 1)
+
+
+@kernel
+def joined_touchdown(
+    held: Floats3, alone: Floats3, clear: Ints1, steps: Ints1, release: Ints1, cup: int, target: Floats2
+) -> Touchdown:
+    """Landings and last states as of `touchdown`, from records with the robot and then without it.
+
+    Args:
+        held: position, velocity and contact, number and smallest distance, with the robot (N, K, 8+); SI units.
+        alone: as `held`, without the robot, from its end on (N, L, 8).
+        clear: step of each object from which on it is recorded without the robot (N,).
+        steps: number of these steps (N,).
+        release: first steps without grip (N,), not later than `clear`.
+        cup: column of `held` at which the contact with the cup stands.
+        target: centres of the openings (N, 3) [m].
+    """
+    return touchdown(_join_flights(held, alone, clear, steps, release, cup), target)
 
 
 @kernel
@@ -226,23 +237,40 @@ def _power(torques: Floats, first: Floats, second: Floats) -> float:
     return total
 
 
+@final
+class MotorRecord(NamedTuple):
+    """What was recorded of J motors in N simulations, M steps each."""
+
+    torque: Floats3
+    """Torques in each step, among other sensors (N, M, 1+) [N m]."""
+    torques: Ints1
+    """Columns of the motors' torques (J,)."""
+    speed: Floats3
+    """Speeds of all joints after the step (N, M, 1+) [rad/s]. The engine's steps are a leapfrog: a torque acts from
+    the middle of the step before to the middle of its step, and the two speeds belong to those moments."""
+    speeds: Ints1
+    """Columns of the motors' speeds (J,)."""
+
+
 @kernel
-def loads_of_steps(torque: Floats3, speed: Floats3, steps: Ints1, step: float) -> tuple[Floats1, Floats1]:
+def loads_of_steps(record: MotorRecord, steps: Ints1, step: float) -> tuple[Floats1, Floats1]:
     """Largest torques (N,) [N m] and positive works (N,) [J] in simulated steps.
 
     Args:
-        torque: of each motor in each step (N, M, J) [N m].
-        speed: of the motor's joint after the step (N, M, J) [rad/s]. The engine's steps are a leapfrog: a torque acts
-            from the middle of the step before to the middle of its step, and the two speeds belong to those moments.
+        record: what was recorded of the motors.
         steps: number of steps that count, for each simulation (N,).
         step: length of a step [s].
     """
-    largest, work = np.empty(len(torque)), np.empty(len(torque))
+    largest, work = np.zeros(len(steps)), np.zeros(len(steps))
+    torque, before, after = np.empty(len(record.torques)), np.empty(len(record.torques)), np.empty(len(record.torques))
     for row in range(len(work)):
-        largest[row] = work[row] = 0.0
-        for k in range(min(steps[row], torque.shape[1])):
-            largest[row] = _larger(largest[row], torque[row, k])
-            work[row] += _power(torque[row, k], speed[row, max(k - 1, 0)], speed[row, k]) * step
+        for k in range(min(steps[row], record.torque.shape[1])):
+            for motor in range(len(torque)):
+                speed = record.speed[row, k, record.speeds[motor]]
+                torque[motor] = record.torque[row, k, record.torques[motor]]
+                before[motor], after[motor] = after[motor] if k > 0 else speed, speed
+            largest[row] = _larger(largest[row], torque)
+            work[row] += _power(torque, before, after) * step
     return largest, work
 
 
@@ -251,16 +279,16 @@ def loads_between(torque: Floats3, speed: Floats3, times: Floats2) -> tuple[Floa
     """Largest torques (N,) [N m] and positive works (N,) [J] of planned motions.
 
     Args:
-        torque: of each motor at each moment (N, K, J) [N m].
-        speed: of the motor's joint (N, K, J) [rad/s].
+        torque: of each motor at each moment (J, N, K) [N m].
+        speed: of the motor's joint (J, N, K) [rad/s].
         times: the moments, which increase (N, K) [s].
     """
-    largest, work = np.empty(len(torque)), np.empty(len(torque))
+    largest, work = np.zeros(len(times)), np.zeros(len(times))
     for row in range(len(work)):
-        largest[row] = work[row] = before = 0.0
-        for k in range(torque.shape[1]):
-            largest[row] = _larger(largest[row], torque[row, k])
-            power = _power(torque[row, k], speed[row, k], speed[row, k])
+        before = 0.0
+        for k in range(times.shape[1]):
+            largest[row] = _larger(largest[row], torque[:, row, k])
+            power = _power(torque[:, row, k], speed[:, row, k], speed[:, row, k])
             if k > 0:
                 # Trapezoidal rule over power.
                 work[row] += (power + before) / 2.0 * (times[row, k] - times[row, k - 1])

@@ -21,8 +21,16 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints, compute_by_mask, concatenate_records, in_order, length, recompute_rows, take
 from pnt_gym.cells.base.bodies import turn_back, yaw_attitude
 from pnt_gym.cells.base.parallel import call_in_threads, split_rows
-from pnt_gym.cells.base.plant import TOUCH_DISTANCE, Plant, roll_out, simulation_ids, touching
-from pnt_gym.cells.base.recorded import ObjectFlight, Touchdown, join_flights, loads_between, loads_of_steps, touchdown
+from pnt_gym.cells.base.plant import Plant, roll_out, simulation_ids, touching
+from pnt_gym.cells.base.recorded import (
+    MotorRecord,
+    ObjectFlight,
+    Touchdown,
+    joined_touchdown,
+    loads_between,
+    loads_of_steps,
+    touchdown,
+)
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -32,7 +40,7 @@ from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.errors import PhysicsError
-from pnt_gym.robots.joints import JointMotion, knot_count, qpos_columns, qvel_columns, upsample
+from pnt_gym.robots.joints import CONTROLS, JointMotion, knot_count, qpos_columns, qvel_columns, upsample
 
 
 @final
@@ -62,10 +70,14 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         model, robot = self.scene.model, self.scene.robot
         self._robot_qpos, self._robot_qvel = qpos_columns(model, robot), qvel_columns(model, robot)
         self._motors = np.array([int(model.joint(arm).dofadr[0]) for arm in robot.motor_joints])
+        self._torques = np.arange(SENSORS["torque"].start, int(model.nsensordata))
         self._cups = np.array(self.scene.cup_geoms)
         self._cup_halves: Floats = model.geom_size[self._cups, 1]
         """Half lengths of the cylinders of a cup [m]."""
         self._controls = int(model.nu) + int(model.neq)
+        swing, grip = self.scene.swing_controls, int(model.nu) + self.scene.grip_equality
+        self._held = np.array([grip, *range(swing.start, swing.stop)])
+        """Columns of the controls that hold an object: the grip's equality, and the springs of a lip."""
         rows = split_rows(count, threads) if config.fidelity == "full" else []  # flights alone are mostly Python
         self.parts = [(part, ConveyorPlant(config, part.stop - part.start)) for part in rows] if len(rows) > 1 else []
         """Rows and plants that simulate at the same time, one thread each; empty where this plant simulates all."""
@@ -189,11 +201,11 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         attitude = fallen.attitude[:, moments]
         unsure = clock.may_meet(context, (position, velocity, attitude), clear, fallen.steps)
         records, cup = in_order(robot_record["sensordata"], fallen.sensors), SENSORS["cup_contact"].start
-        flight = join_flights(*records, clear, fallen.steps, clock.release, cup, TOUCH_DISTANCE)
+        down = joined_touchdown(*records, clear, fallen.steps, clock.release, cup, context.target)
         first, then = self._effort(robot_record, clear, clock.step), self._effort_of_plan(clock, clear)
         effort = Effort(np.maximum(first.torque, then.torque), first.energy + then.energy)
         astray = _tracking_error(robot_record["sensordata"], clock)
-        flown = SimulatedThrows(touchdown(flight, context.target), astray, effort, clock.grips)
+        flown = SimulatedThrows(down, astray, effort, clock.grips)
         return recompute_rows(flown, unsure, self._simulate_to_the_end, rows, context, clock)
 
     def _simulate_flights(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
@@ -217,13 +229,13 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         clock, plan = ThrowClock.of(context, plans, self.config), plans.release
         context = context.without_spin(clock.grips.unthrown)
         self.write(context, row, clock)
-        control = self._references(row, context, clock, int(clock.end[0]))
+        control = self._references(row, context, clock, clock.end)
         flight = plan.position[0], plan.velocity[0], plan.flight_time[0]
         self.record_throw(self.scene.object_body, control[0], flight, context.target[0])
 
     def _roll_out_robot(self, rows: Ints, context: Context, clock: ThrowClock, until: Ints) -> dict[str, Floats]:
         """Roll out some rows with the robot up to a step of each (N,), where they stay; returns the recorded fields."""
-        control = self._references(rows, context, clock, max(until.tolist()))
+        control = self._references(rows, context, clock, until)
         return roll_out(self.batch, control, until, ("sensordata", "qvel"), rows)
 
     def _record_to_the_end(self, rows: Ints, context: Context, clock: ThrowClock) -> FullSimulation:
@@ -239,8 +251,8 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
 
     def _effort(self, record: dict[str, Floats], end: Ints, step: float) -> Effort:
         """Effort of the motors in recorded fields (N, M, columns), up to a step of each (N,)."""
-        torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., self._motors]
-        return Effort(*loads_of_steps(*in_order(torque, speed, end), step))
+        motors = MotorRecord(record["sensordata"], self._torques, record["qvel"], self._motors)
+        return Effort(*loads_of_steps(motors, end, step))
 
     def _effort_of_plan(self, clock: ThrowClock, clear: Ints) -> Effort:
         """Effort of the motors in the planned motions from a step of each on (N,), without the object's mass."""
@@ -248,28 +260,29 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         last = -(-max(ahead.tolist()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
         knots = self.scene.robot.motion(*clock.hand(clear[:, None] + steps)).within_reach()
-        planned = in_order(knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0), steps * clock.step)
-        return Effort(*loads_between(*planned))
+        return Effort(*loads_between(*in_order(knots.torque, knots.velocity, steps * clock.step)))
 
-    def _references(self, rows: Ints, context: Context, clock: ThrowClock, steps: int) -> Floats:
-        """Controls (N, steps, nu + neq) of some rows: motors, spin and grip, every other equality active."""
-        control = np.zeros((len(rows), steps, self._controls))
-        control[..., int(self.scene.model.nu) :] = 1.0
+    def _references(self, rows: Ints, context: Context, clock: ThrowClock, until: Ints) -> Floats:
+        """Controls (N, M, nu + neq) of some rows up to a step of each (N,), and any later ones.
+
+        They are those of motors, spin and grip, with every other equality active.
+        """
+        steps = max(until.tolist())
+        control = np.empty((len(rows), steps, self._controls))
         stride = clock.stride
         at = np.arange(knot_count(steps, stride), dtype=np.int64) * stride
-        # After the end of a throw the reference stays constant; without that a hand that rides with the belt would ride
-        # on until the longest throw ends, out of reach. Interpolation up to the end needs one more knot behind it.
-        hand = clock.hand(np.minimum(at, clock.end[:, None] + stride))
+        # After its last step the reference of a row stays constant; without that a hand that rides with the belt would
+        # ride on until the longest throw ends, out of reach. Interpolation up to the end needs one more knot behind it.
+        hand = clock.hand(np.minimum(at, until[:, None] + stride))
         knots = self.scene.robot.motion(*hand).within_reach()
         weak = 1.0 - self.config.mismatch * self.config.spread.feedforward
         knots = JointMotion(knots.position, knots.velocity, knots.acceleration, knots.torque * weak)
         upsample(knots, stride * clock.step, stride, control)
-        grip = int(self.scene.model.nu) + self.scene.grip_equality
-        control[..., grip] = np.arange(steps, dtype=np.int64) < clock.release[:, None]
+        motors = CONTROLS * len(knots.position)
+        scene_kernel.hold_until(clock.release, motors, int(self.scene.model.nu), self._held, control)
         torque = context.objects.inertia * turn_back(context.objects.spin, *context.objects.turn) / clock.step
         # The object gets its spin in the step of its release: torque = inertia x spin / step.
         control[np.arange(len(rows)), clock.release, self.scene.spin_controls] = torque
-        control[..., self.scene.swing_controls] = control[..., grip, None]
         push = context.objects.mass * clock.parting.push / clock.step
         control[np.arange(len(rows)), clock.release, self.scene.push_controls] = push[:, None]
         return control

@@ -171,3 +171,23 @@ def widen_cups(rows: Ints1, cups: Ints1, radius: Floats1, half: Floats1, bounds:
             fields.aabb[row, geom, :3] = 0.0
             fields.aabb[row, geom, 3] = fields.aabb[row, geom, 4] = radius[n]
             fields.aabb[row, geom, 5] = half[k]
+
+
+@kernel
+def hold_until(release: Ints1, motors: int, controls: int, held: Ints1, control: Floats3) -> None:
+    """Hold N objects until their releases, with no other force and every other equality active at every step.
+
+    Args:
+        release: first steps without grip (N,).
+        motors: number of controls of the motors, which stay.
+        controls: number of all controls, before the equalities.
+        held: columns that hold an object.
+        control: controls and equality bits of every step (N, M, C), in place.
+    """
+    for row in range(control.shape[0]):
+        for step in range(control.shape[1]):
+            moment, hold = control[row, step], 1.0 if step < release[row] else 0.0
+            moment[motors:controls] = 0.0
+            moment[controls:] = 1.0
+            for column in held:
+                moment[column] = hold

@@ -9,7 +9,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, in_order
 from pnt_gym.cells.base.plant import touching
-from pnt_gym.cells.base.recorded import Landed, ObjectFlight, loads_of_steps, touchdown
+from pnt_gym.cells.base.recorded import Landed, MotorRecord, ObjectFlight, loads_of_steps, touchdown
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.motion import TossPlans
 from pnt_gym.cells.gripper.scene import SENSORS
@@ -44,12 +44,12 @@ class RecordedThrows:
     """Positive mechanical work of the motors in the simulated throw (N,) [J], see `cells.base.recorded`."""
 
     @classmethod
-    def of(cls, sensordata: Floats, speed: Floats, plans: TossPlans, last_step: Ints, step: float) -> Self:
+    def of(cls, sensordata: Floats, motors: MotorRecord, plans: TossPlans, last_step: Ints, step: float) -> Self:
         """Throws from recorded sensordata (N, M, columns of `SENSORS`).
 
         Args:
             sensordata: zero after each throw's last step.
-            speed: speed of the motors' joints at the end of each step (N, M, 4) [rad/s].
+            motors: what was recorded of the motors.
             plans: plans of the throws.
             last_step: last recorded step of each throw (N,).
             step: physics step [s].
@@ -74,7 +74,7 @@ class RecordedThrows:
         is_off = (height > height[:, :1] + OFF_TABLE) & (steps >= grip_step[:, None]) & (steps < open_step[:, None])
         off_table_step = np.where(is_off.any(axis=1), is_off.argmax(axis=1), open_step)
         relative_position = position - hand
-        torque = sensordata[..., SENSORS["torque"]]
+        peak_torque, energy = loads_of_steps(motors, last_step + 1, step)
         return cls(
             flight=ObjectFlight(
                 position=position,
@@ -88,8 +88,8 @@ class RecordedThrows:
             release_time=np.asarray(release * step, dtype=np.float64),
             lifted=position[rows, open_step, 2] - position[rows, 0, 2],
             slip=np.hypot(*(relative_position[rows, open_step] - relative_position[rows, off_table_step])[:, [0, 2]].T),
-            peak_torque=np.abs(torque).max(axis=(1, 2)),
-            energy=loads_of_steps(*in_order(torque, speed, last_step + 1), step)[1],
+            peak_torque=peak_torque,
+            energy=energy,
         )
 
 

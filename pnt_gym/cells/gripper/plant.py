@@ -23,12 +23,13 @@ from pnt_gym.cells.base.bodies import (
     write_object,
 )
 from pnt_gym.cells.base.plant import Plant, roll_out, step_counts
+from pnt_gym.cells.base.recorded import MotorRecord
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.cells.gripper.hidden import Hidden
 from pnt_gym.cells.gripper.motion import TossPlans
 from pnt_gym.cells.gripper.outcome import RecordedThrows
-from pnt_gym.cells.gripper.scene import Scene, build_scene
+from pnt_gym.cells.gripper.scene import SENSORS, Scene, build_scene
 from pnt_gym.palette import ITEMS
 from pnt_gym.robots.gripper.geometry import N_ARMS
 from pnt_gym.robots.gripper.references import closed_pose, motor_references
@@ -53,6 +54,8 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
         model = self.scene.model
         self.motors = np.array([int(model.joint(f"arm_{arm}").dofadr[0]) for arm in range(N_ARMS)])
         """Columns of qvel of the motors."""
+        self.torques = np.arange(SENSORS["torque"].start, SENSORS["torque"].stop)
+        """Columns of sensordata with the torques of the motors."""
         self._upright = np.array([item.upright for item in config.item_list()])
         self._mass = np.array([item.mass for item in config.item_list()])
 
@@ -71,7 +74,8 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
             plan = start, plans.velocity[row], plans.flight_time[row]
             self.record_throw(self.scene.object_body, control[row, : steps[row]], plan, plans.target[row])
         record = roll_out(self.batch, control, steps, ("sensordata", "qvel"))
-        return RecordedThrows.of(record["sensordata"], record["qvel"][..., self.motors], plans, steps - 1, step)
+        motors = MotorRecord(record["sensordata"], self.torques, record["qvel"], self.motors)
+        return RecordedThrows.of(record["sensordata"], motors, plans, steps - 1, step)
 
     def write(self, context: Context, plans: TossPlans) -> None:
         """Set up the simulations: robot above its object, object on the table."""

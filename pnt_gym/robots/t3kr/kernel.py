@@ -15,6 +15,8 @@ A pose out of reach gives NaN.
 
 from __future__ import annotations
 
+from typing import NamedTuple, final
+
 import numpy as np
 
 from pnt_gym.arrays import Floats
@@ -175,26 +177,53 @@ def fit_points(centre: Floats3, radius: float, point: Floats2) -> None:
             point[k, 2] += z
 
 
+@final
+class HandMotion(NamedTuple):
+    """Position [m], velocity [m/s] and acceleration [m/s2] of the TCP at M moments, (M, 3) each."""
+
+    position: Floats2
+    velocity: Floats2
+    acceleration: Floats2
+
+
+@kernel_part
+def _repeats(hand: HandMotion, payload: Floats, k: int) -> bool:
+    """Whether a moment is as the moment before, as after the end of a motion."""
+    for axis in range(3):
+        if hand.position[k, axis] != hand.position[k - 1, axis]:
+            return False
+        if hand.velocity[k, axis] != hand.velocity[k - 1, axis]:
+            return False
+        if hand.acceleration[k, axis] != hand.acceleration[k - 1, axis]:
+            return False
+    return payload[k] == payload[k - 1]
+
+
 @kernel
-def joint_motion(hand: Floats2, payload: Floats1, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) -> Floats3:
+def joint_motion(hand: HandMotion, payload: Floats1, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism]) -> Floats3:
     """Cosine, sine, velocity, acceleration and motor torque of each arm (5, 4, M).
 
     Args:
-        hand: position, velocity and acceleration of the TCP (M, 9) [m, m/s, m/s2].
+        hand: motion of the TCP.
         payload: masses that the platform holds (M,) [kg].
         arms: frames of the arms.
         mechanism: one row.
     """
-    out = np.empty((5, ARMS, len(hand)))
+    out = np.empty((5, ARMS, len(payload)))
     links, rows = mechanism[0], np.empty((ARMS, 3))
     length, coupling = links.length, links.coupling
-    for k in range(hand.shape[0]):
-        v_x, v_y, v_z, a_x, a_y, a_z = hand[k, 3], hand[k, 4], hand[k, 5], hand[k, 6], hand[k, 7], hand[k, 8]
+    for k in range(payload.size):
+        if k > 0 and _repeats(hand, payload, k):
+            out[:, :, k] = out[:, :, k - 1]
+            continue
+        place, velocity, acceleration = hand.position[k], hand.velocity[k], hand.acceleration[k]
+        v_x, v_y, v_z = velocity[0], velocity[1], velocity[2]
+        a_x, a_y, a_z = acceleration[0], acceleration[1], acceleration[2]
         speed2 = v_x * v_x + v_y * v_y + v_z * v_z
         pull_x, pull_y, pull_z = 0.0, 0.0, 0.0
         for arm in range(ARMS):
             frame, row = arms[arm], rows[arm]
-            cos, sin, rod_x, rod_y, rod_z, root, reach = _arm_pose(frame, links, hand[k, 0], hand[k, 1], hand[k, 2])
+            cos, sin, rod_x, rod_y, rod_z, root, reach = _arm_pose(frame, links, place[0], place[1], place[2])
             row[0], row[1], row[2] = _arm_row(frame, length, root, rod_x, rod_y, rod_z)
             turn = row[0] * v_x + row[1] * v_y + row[2] * v_z
             # Components of the TCP's velocity and acceleration along the elbow's direction of travel.

@@ -8,7 +8,7 @@ poses.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, tuples
+from pnt_gym.arrays import Floats, in_order, tuples
 from pnt_gym.robots.joints import JointMotion
 from pnt_gym.robots.t3kr import kernel
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
@@ -166,12 +166,12 @@ def joint_knots(
     Returns:
         Joint motion and torques at the knots, (4, N, K) arrays; not finite where a pose is out of reach or singular.
     """
-    motion = (np.asarray(position), np.asarray(velocity), np.asarray(acceleration))
+    motion: tuple[Floats, ...] = tuple([np.asarray(part, np.float64) for part in (position, velocity, acceleration)])
     if not motion[0].shape == motion[1].shape == motion[2].shape:
-        motion = np.broadcast_arrays(*motion)
-    hand = np.concatenate(motion, axis=-1, dtype=np.float64)
-    shape = hand.shape[:-1]
-    mass, rows = np.full(shape, payload, dtype=np.float64).ravel(), np.ascontiguousarray(hand.reshape(-1, 9))
-    joints = kernel.joint_motion(rows, mass, geometry.arms.rows, geometry.mechanism).reshape(5, N_ARMS, *shape)
+        motion = tuple([part.copy() for part in np.broadcast_arrays(*motion)])
+    shape = motion[0].shape[:-1]
+    hand = kernel.HandMotion(*in_order(*[part.reshape(-1, 3) for part in motion]))
+    mass = np.full(shape, payload, dtype=np.float64).ravel()
+    joints = kernel.joint_motion(hand, mass, geometry.arms.rows, geometry.mechanism).reshape(5, N_ARMS, *shape)
     cos, sin, *rates = joints
     return JointMotion(np.arctan2(sin, cos), *rates)

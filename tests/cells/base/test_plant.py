@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base.plant import roll_out, touching
-from pnt_gym.cells.base.recorded import ObjectFlight, lies_in, touchdown
+from pnt_gym.cells.base.recorded import ObjectFlight, joined_touchdown, lies_in, touchdown
 from pnt_gym.engine import Batch, mujoco
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -81,6 +81,33 @@ def test_what_happens_after_the_last_step_does_not_count():
     cut = late._replace(last_step=np.array([380]))
     assert not touchdown(cut, OPENING).recontact[0]
     np.testing.assert_array_equal(touchdown(cut, OPENING).position, late.position[:, 380])
+
+
+def sensed(flight, steps):
+    """What sensors tell of some steps of a flight: motion, and closed contacts of the object and of the cup."""
+    touches = [
+        np.stack([touch[0] * 1.0, np.full(STEPS, -1e-6)], axis=1) for touch in (flight.any_touch, flight.hand_touch)
+    ]
+    return np.concatenate([flight.position[0], flight.velocity[0], *touches], axis=1)[None, steps]
+
+
+@pytest.mark.parametrize(
+    ("clear", "touches"),
+    [
+        (RELEASE, {}),
+        (RELEASE + 1, {"cup": [RELEASE], "anything": [150]}),
+        (95, {"cup": [10, 80], "anything": [150]}),
+        (95, {"anything": [90]}),
+    ],
+)
+def test_a_flight_that_is_recorded_in_two_parts_lands_as_one(clear, touches):
+    """With the robot, which moves on until the longest throw ends, and from `clear` on without it."""
+    whole, left = flight(**touches), np.array([STEPS - clear])
+    held, alone = sensed(whole, slice(0, clear + 7)), sensed(whole, slice(clear, None))[..., :8].copy()
+    held[:, clear:] = np.nan
+    joined = joined_touchdown(held, alone, np.array([clear]), left, whole.release_step, 8, OPENING)
+    for ours, expected in zip(joined, touchdown(whole, OPENING), strict=True):
+        np.testing.assert_array_equal(ours, expected)
 
 
 def test_an_object_that_never_comes_up_to_the_rim_counts_where_it_lies():

@@ -5,9 +5,8 @@ import pytest
 
 from pnt_gym.arrays import in_order
 from pnt_gym.cells.base.plant import roll_out
-from pnt_gym.cells.base.recorded import loads_between, loads_of_steps
+from pnt_gym.cells.base.recorded import loads_between
 from pnt_gym.cells.conveyor.hand import ThrowClock
-from pnt_gym.cells.conveyor.scene import SENSORS
 from pnt_gym.robots.t3kr.kinematics import closed_pose
 from tests.tools.throws import engine_energy, make_core, same_bits, vary, whole_cycle
 
@@ -32,13 +31,15 @@ def test_motors_put_in_what_robot_and_object_gain(begun):
     models = [plant.batch.get_model(row) for row in ROWS]
     states = zip(models, plant.batch.bind("qpos"), plant.batch.bind("qvel"), strict=True)
     before = np.array([engine_energy(*state) for state in states])
-    control = plant._references(ROWS, picks, clock, int(clock.release.max()) + 1)
+    control = plant._references(ROWS, picks, clock, clock.release + 1)
     record = roll_out(plant.batch, control, clock.release + 1, ("sensordata", "qpos", "qvel"), ROWS)
     places, rates = (record[name][ROWS, clock.release - 1] for name in ("qpos", "qvel"))
     gained = np.array([engine_energy(*state) for state in zip(models, places, rates, strict=True)]) - before
-    torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., plant._motors]
     put_in, taken = (
-        loads_of_steps(*in_order(sign * torque, speed, clock.release), clock.step)[1] for sign in (1.0, -1.0)
+        plant._effort(
+            {"sensordata": sign * record["sensordata"], "qvel": record["qvel"]}, clock.release, clock.step
+        ).energy
+        for sign in (1.0, -1.0)
     )
     assert (gained > 5.0).all()
     np.testing.assert_allclose(put_in - taken, gained, rtol=0.01)
@@ -49,8 +50,9 @@ def test_a_planned_cycle_from_rest_to_rest_gains_only_height(begun):
     plant = core.cell.plant
     steps = np.minimum(np.arange(0, clock.end.max() + clock.stride, clock.stride), clock.end[:, None])
     knots = plant.scene.robot.motion(*clock.hand(steps)).within_reach()
-    torque, speed = knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0)
-    put_in, taken = (loads_between(*in_order(sign * torque, speed, steps * clock.step))[1] for sign in (1.0, -1.0))
+    put_in, taken = (
+        loads_between(*in_order(sign * knots.torque, knots.velocity, steps * clock.step))[1] for sign in (1.0, -1.0)
+    )
     model = plant.scene.model
     lifted = np.empty((2, COUNT))
     for k, place in enumerate((picks.pick, elsewhere)):

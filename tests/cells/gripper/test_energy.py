@@ -2,13 +2,11 @@
 
 import numpy as np
 
-from pnt_gym.arrays import in_order
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.base.plant import roll_out
-from pnt_gym.cells.base.recorded import loads_of_steps
+from pnt_gym.cells.base.recorded import MotorRecord, loads_of_steps
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.gripper.scene import SENSORS
 from tests.tools.throws import engine_energy
 
 COUNT = 5
@@ -27,8 +25,12 @@ def test_motors_put_in_what_is_gained_and_what_damping_takes():
     states = zip(models, plant.batch.bind("qpos"), plant.batch.bind("qvel"), strict=True)
     begin = [engine_energy(*state) for state in states]
     record = roll_out(plant.batch, control, steps, ("sensordata", "qpos", "qvel"))
-    torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., plant.motors]
-    put_in, taken = (loads_of_steps(*in_order(sign * torque, speed, steps), step)[1] for sign in (1.0, -1.0))
+    put_in, taken = (
+        loads_of_steps(
+            MotorRecord(sign * record["sensordata"], plant.torques, record["qvel"], plant.motors), steps, step
+        )[1]
+        for sign in (1.0, -1.0)
+    )
     for row in range(COUNT):
         last, model = steps[row] - 1, models[row]
         gained = engine_energy(model, record["qpos"][row, last], record["qvel"][row, last]) - begin[row]

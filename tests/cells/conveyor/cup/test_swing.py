@@ -245,7 +245,7 @@ def test_heavy_objects_meet_the_solid_part_of_a_soft_cup():
     assert clock.parting.unsure.all()
     plant = core.cell.plant
     plant.write(core.context)
-    control = plant._references(np.arange(20), core.context, clock, int(clock.release.max()) + 1)
+    control = plant._references(np.arange(20), core.context, clock, clock.release + 1)
     held = roll_out(plant.batch, control, clock.release + 1, ("qpos",))
     first = plant.scene.object_qpos
     up = vertical(held["qpos"][:, : int(clock.release.min()), first + 3 : first + 7].copy())[..., 2]
