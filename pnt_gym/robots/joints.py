@@ -17,7 +17,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.compiled import kernel
 from pnt_gym.engine import MjModel, mujoco
 from pnt_gym.errors import PntGymError
-from pnt_gym.rows import Floats3
+from pnt_gym.rows import Floats3, Ints1
 
 Place: TypeAlias = tuple[float, float, float]
 """A point, x, y and z [m]."""
@@ -170,7 +170,7 @@ def knot_count(steps: int, stride: int) -> int:
     return (steps + stride - 2) // stride + 1
 
 
-def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Floats:
+def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats, counts: Ints | None = None) -> Floats:
     """Fill a control array from knots, sample k at time k * spacing / stride (the start of physics step k).
 
     Args:
@@ -178,6 +178,7 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
         spacing: time between knots, s.
         stride: samples per knot interval.
         out: contiguous (N, steps, C); columns 0 to 3 M - 1 of M motors are written, others are left as they are.
+        counts: number of samples that are written of each motion (N,), at most `steps`; None for all.
 
     Returns:
         out.
@@ -195,13 +196,14 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
         )
     if not 0.0 < spacing < np.inf:
         raise PntGymError(f"spacing must be positive and finite, got {spacing} s")
-    fill_controls(knots.position, knots.velocity, knots.torque, spacing, stride, out)
+    counts = np.full(rows, steps, dtype=np.int64) if counts is None else counts
+    fill_controls(knots.position, knots.velocity, knots.torque, spacing, stride, out, counts)
     return out
 
 
 @kernel
 def fill_controls(
-    position: Floats3, velocity: Floats3, torque: Floats3, spacing: float, stride: int, out: Floats3
+    position: Floats3, velocity: Floats3, torque: Floats3, spacing: float, stride: int, out: Floats3, counts: Ints1
 ) -> None:
     """Fill position, velocity and torque of each motor at samples from those at knots.
 
@@ -215,9 +217,11 @@ def fill_controls(
         spacing: time between knots [s].
         stride: samples per knot interval.
         out: (N, steps, 3 M and more), of which 3 M columns are filled.
+        counts: numbers of samples of the motions (N,).
     """
-    motors, steps = len(position), out.shape[1]
+    motors = len(position)
     for row in range(out.shape[0]):
+        steps = counts[row]
         for first in range(0, steps, stride):
             knot = first // stride
             for arm in range(motors):

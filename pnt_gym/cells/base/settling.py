@@ -150,13 +150,16 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     above = float(np.where(height > 0.0, rising + speed, 0.0).min()) / FASTEST_FALL
     batch.warning[:] = 0
     start, end = 0, chunk * (1 + min(int(above / step), int(steps.min()) - 1) // chunk)
-    longest = max(end, int(steps.max()) + chunk)
-    sensors, attitude = np.zeros((count, longest, int(batch.model.nsensordata))), np.zeros((count, longest, 4))
+    sensors, attitude = list[Floats](), list[Floats]()
     while (falling := (last_steps > start).nonzero()[0]).size > 0:
         part = batch.rollout(end - start, record=("sensordata", "qpos"), ids=simulation_ids(batch, rows[falling]))
         freefall.end_settled(part["sensordata"], turning[rows[falling]], falling, spin, rims, end, last_steps)
-        index = slice(None) if len(falling) == count else falling
-        sensors[index, start:end], attitude[index, start:end] = part["sensordata"], part["qpos"][..., 3:7]
+        for moments, values in ((sensors, part["sensordata"]), (attitude, part["qpos"][..., 3:7])):
+            if len(falling) == count:
+                moments.append(values)
+            else:
+                moments.append(np.zeros((count, *values.shape[1:])))
+                moments[-1][falling] = values
         start, end = end, end + chunk
     check_warnings(batch)
-    return Fall(sensors, attitude, last_steps)
+    return Fall(np.concatenate(sensors, axis=1), np.concatenate(attitude, axis=1), last_steps)

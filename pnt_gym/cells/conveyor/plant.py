@@ -263,9 +263,9 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         return Effort(*loads_between(*in_order(knots.torque, knots.velocity, steps * clock.step)))
 
     def _references(self, rows: Ints, context: Context, clock: ThrowClock, until: Ints) -> Floats:
-        """Controls (N, M, nu + neq) of some rows up to a step of each (N,), and any later ones.
+        """Controls (N, M, nu + neq) of some rows: motors, spin and grip, every other equality active.
 
-        They are those of motors, spin and grip, with every other equality active.
+        Those of a row are written up to a step of the row (N,).
         """
         steps = max(until.tolist())
         control = np.empty((len(rows), steps, self._controls))
@@ -277,9 +277,9 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         knots = self.scene.robot.motion(*hand).within_reach()
         weak = 1.0 - self.config.mismatch * self.config.spread.feedforward
         knots = JointMotion(knots.position, knots.velocity, knots.acceleration, knots.torque * weak)
-        upsample(knots, stride * clock.step, stride, control)
+        upsample(knots, stride * clock.step, stride, control, until)
         motors = CONTROLS * len(knots.position)
-        scene_kernel.hold_until(clock.release, motors, int(self.scene.model.nu), self._held, control)
+        scene_kernel.hold_until(clock.release, motors, int(self.scene.model.nu), self._held, control, until)
         torque = context.objects.inertia * turn_back(context.objects.spin, *context.objects.turn) / clock.step
         # The object gets its spin in the step of its release: torque = inertia x spin / step.
         control[np.arange(len(rows)), clock.release, self.scene.spin_controls] = torque

@@ -174,7 +174,7 @@ def widen_cups(rows: Ints1, cups: Ints1, radius: Floats1, half: Floats1, bounds:
 
 
 @kernel
-def hold_until(release: Ints1, motors: int, controls: int, held: Ints1, control: Floats3) -> None:
+def hold_until(release: Ints1, motors: int, controls: int, held: Ints1, control: Floats3, counts: Ints1) -> None:
     """Hold N objects until their releases, with no other force and every other equality active at every step.
 
     Args:
@@ -183,9 +183,10 @@ def hold_until(release: Ints1, motors: int, controls: int, held: Ints1, control:
         controls: number of all controls, before the equalities.
         held: columns that hold an object.
         control: controls and equality bits of every step (N, M, C), in place.
+        counts: numbers of steps that are written (N,).
     """
     for row in range(control.shape[0]):
-        for step in range(control.shape[1]):
+        for step in range(counts[row]):
             moment, hold = control[row, step], 1.0 if step < release[row] else 0.0
             moment[motors:controls] = 0.0
             moment[controls:] = 1.0
