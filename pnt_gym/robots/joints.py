@@ -196,8 +196,8 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats, count
         )
     if not 0.0 < spacing < np.inf:
         raise PntGymError(f"spacing must be positive and finite, got {spacing} s")
-    counts = np.full(rows, steps, dtype=np.int64) if counts is None else counts
-    fill_controls(knots.position, knots.velocity, knots.torque, spacing, stride, out, counts)
+    written: Ints = np.full((rows,), steps, dtype=np.int64) if counts is None else counts
+    fill_controls(knots.position, knots.velocity, knots.torque, spacing, stride, out, written)
     return out
 
 
