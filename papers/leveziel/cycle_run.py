@@ -118,9 +118,9 @@ def run_cycles(count: int, *, mismatch: float, share: float, seed: int = 0) -> C
     # The simulator's times count from the moment the claws begin to close.
     closing = way.phases["close"].start
     sensordata = record["sensordata"]
-    closed, speed = in_order(sensordata[:, closing:], record["qvel"][:, closing:])
-    motors = MotorRecord(closed, plant.torques, speed, plant.motors)
-    flown = RecordedThrows.of(closed, motors, plans, steps - closing - 1, config.timestep)
+    closed, rates = in_order(sensordata[:, closing:], record["qvel"][:, closing:])
+    throws = MotorRecord(closed, plant.torques, rates, plant.motors)
+    flown = RecordedThrows.of(throws, plans, steps - closing - 1, config.timestep)
     contact = sensordata[..., SENSORS["pad_contact"]].reshape(*control.shape[:2], 2, 2)
     qpos, claws = record["qpos"], PROTOTYPE_BUILD.claws
     return Cycles(

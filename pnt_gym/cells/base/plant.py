@@ -160,15 +160,15 @@ def roll_out(
         PhysicsError: no such field is recorded; or the engine warned, or stopped a simulation.
     """
     simulations = np.arange(len(steps)) if ids is None else ids
+    order, ends = np.argsort(steps, kind="stable").tolist(), steps.tolist()
     model, record = batch.model, dict[str, Floats]()
     widths = {"sensordata": model.nsensordata, "qpos": model.nq, "qvel": model.nv, "actuator_force": model.nactuator}
     for name in names:
         if name not in widths:
             raise PhysicsError(unknown_name("recorded field", name, widths))
         record[name] = np.empty((*control.shape[:2], int(widths[name])))
-        for row, end in enumerate(steps.tolist()):
+        for row, end in enumerate(ends):
             record[name][row, end:] = 0.0
-    order, ends = np.argsort(steps, kind="stable").tolist(), steps.tolist()
     batch.warning[:] = 0
     for first in range(0, len(order), batch.nthread):
         group, start = order[first : first + batch.nthread], 0

@@ -241,11 +241,11 @@ def _power(torques: Floats, first: Floats, second: Floats) -> float:
 class MotorRecord(NamedTuple):
     """What was recorded of J motors in N simulations, M steps each."""
 
-    torque: Floats3
-    """Torques in each step, among other sensors (N, M, 1+) [N m]."""
+    sensors: Floats3
+    """What the sensors told in each step, torques among them (N, M, 1+) [N m]."""
     torques: Ints1
     """Columns of the motors' torques (J,)."""
-    speed: Floats3
+    rates: Floats3
     """Speeds of all joints after the step (N, M, 1+) [rad/s]. The engine's steps are a leapfrog: a torque acts from
     the middle of the step before to the middle of its step, and the two speeds belong to those moments."""
     speeds: Ints1
@@ -264,11 +264,11 @@ def loads_of_steps(record: MotorRecord, steps: Ints1, step: float) -> tuple[Floa
     largest, work = np.zeros(len(steps)), np.zeros(len(steps))
     torque, before, after = np.empty(len(record.torques)), np.empty(len(record.torques)), np.empty(len(record.torques))
     for row in range(len(work)):
-        for k in range(min(steps[row], record.torque.shape[1])):
+        for k in range(min(steps[row], record.sensors.shape[1])):
             for motor in range(len(torque)):
-                speed = record.speed[row, k, record.speeds[motor]]
-                torque[motor] = record.torque[row, k, record.torques[motor]]
-                before[motor], after[motor] = after[motor] if k > 0 else speed, speed
+                column = record.speeds[motor]
+                torque[motor] = record.sensors[row, k, record.torques[motor]]
+                before[motor], after[motor] = record.rates[row, max(k - 1, 0), column], record.rates[row, k, column]
             largest[row] = _larger(largest[row], torque)
             work[row] += _power(torque, before, after) * step
     return largest, work

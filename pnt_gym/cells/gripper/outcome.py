@@ -44,17 +44,16 @@ class RecordedThrows:
     """Positive mechanical work of the motors in the simulated throw (N,) [J], see `cells.base.recorded`."""
 
     @classmethod
-    def of(cls, sensordata: Floats, motors: MotorRecord, plans: TossPlans, last_step: Ints, step: float) -> Self:
-        """Throws from recorded sensordata (N, M, columns of `SENSORS`).
+    def of(cls, record: MotorRecord, plans: TossPlans, last_step: Ints, step: float) -> Self:
+        """Throws from a record.
 
         Args:
-            sensordata: zero after each throw's last step.
-            motors: what was recorded of the motors.
+            record: M steps of N throws, whose sensors are those of `SENSORS`; zero after each throw's last step.
             plans: plans of the throws.
             last_step: last recorded step of each throw (N,).
             step: physics step [s].
         """
-        rows = np.arange(len(last_step))
+        rows, sensordata = np.arange(len(last_step)), record.sensors
         position, hand = sensordata[..., SENSORS["object_position"]], sensordata[..., SENSORS["hand_position"]]
         pads = sensordata[..., SENSORS["pad_contact"]]
         touch = touching(pads[..., 0:2]) | touching(pads[..., 2:4])
@@ -74,7 +73,7 @@ class RecordedThrows:
         is_off = (height > height[:, :1] + OFF_TABLE) & (steps >= grip_step[:, None]) & (steps < open_step[:, None])
         off_table_step = np.where(is_off.any(axis=1), is_off.argmax(axis=1), open_step)
         relative_position = position - hand
-        peak_torque, energy = loads_of_steps(motors, last_step + 1, step)
+        peak_torque, energy = loads_of_steps(record, last_step + 1, step)
         return cls(
             flight=ObjectFlight(
                 position=position,

@@ -74,8 +74,8 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
             plan = start, plans.velocity[row], plans.flight_time[row]
             self.record_throw(self.scene.object_body, control[row, : steps[row]], plan, plans.target[row])
         record = roll_out(self.batch, control, steps, ("sensordata", "qvel"))
-        motors = MotorRecord(record["sensordata"], self.torques, record["qvel"], self.motors)
-        return RecordedThrows.of(record["sensordata"], motors, plans, steps - 1, step)
+        throws = MotorRecord(record["sensordata"], self.torques, record["qvel"], self.motors)
+        return RecordedThrows.of(throws, plans, steps - 1, step)
 
     def write(self, context: Context, plans: TossPlans) -> None:
         """Set up the simulations: robot above its object, object on the table."""
