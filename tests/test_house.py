@@ -10,6 +10,7 @@ import grimp
 import pnt_gym
 
 PACKAGE = Path(pnt_gym.__file__).parent
+AGENTS = PACKAGE.parent / "agents"
 CELLS = {"conveyor", "one_joint", "gripper", "line"}
 
 
@@ -37,14 +38,51 @@ def test_a_class_has_a_name_of_its_own_but_for_pairs_across_the_cells():
         assert len(paths) == 1 or across, f"{name} stands in {', '.join(map(str, paths))}"
 
 
+def files() -> list[Path]:
+    """Every module of the suite and of its agents."""
+    return [path for room in (PACKAGE, AGENTS) for path in sorted(room.rglob("*.py"))]
+
+
+def functions(path: Path) -> list[ast.FunctionDef | ast.AsyncFunctionDef]:
+    """Every function of a module, with methods and functions inside functions."""
+    return [node for node in ast.walk(_tree(path)) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
+
+
+def line_count(path: Path) -> int:
+    return len(path.read_text(encoding="utf-8").splitlines())
+
+
 def test_functions_take_few_arguments():
     """No function of the suite and of its agents has more than eight."""
-    files = [path for room in (PACKAGE, PACKAGE.parent / "agents") for path in sorted(room.rglob("*.py"))]
-    functions = [(path, node) for path in files for node in ast.walk(_tree(path)) if isinstance(node, ast.FunctionDef)]
-    assert len(functions) > 4000
-    for path, node in functions:
+    found = [(path, node) for path in files() for node in functions(path)]
+    assert len(found) > 4000
+    for path, node in found:
         names = [part.arg for part in [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]]
         assert len([name for name in names if name not in ("self", "cls")]) <= 8, f"{node.name} in {path}"
+
+
+def test_functions_that_do_the_same_have_the_same_name():
+    """A reader learns at most 32 names of functions in a thousand lines."""
+    names = {node.name for path in files() for node in functions(path)}
+    assert len(names) / sum(map(line_count, files())) <= 0.032
+
+
+def test_few_files_of_the_agents_are_short():
+    """An idea stands in one file: at most a quarter have fewer than a hundred lines."""
+    lines = [line_count(path) for path in sorted(AGENTS.rglob("*.py"))]
+    assert sum(count < 100 for count in lines) / len(lines) <= 0.25
+
+
+def test_compiled_files_compute_more_than_they_declare():
+    """Signatures and descriptions of arguments are at most a quarter of the files with compiled functions."""
+    compiled = [path for path in files() if "@kernel" in path.read_text(encoding="utf-8")]
+    declared = 0
+    for node in [node for path in compiled for node in functions(path)]:
+        declared += node.body[0].lineno - node.lineno
+        described = (ast.get_docstring(node) or "").partition("Args:\n")[2]
+        declared += len(described.partition("Returns:")[0].rstrip().splitlines())
+    assert len(compiled) > 30
+    assert declared / sum(map(line_count, compiled)) <= 0.25
 
 
 def test_planning_reads_fields_by_name():

@@ -150,16 +150,15 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     above = float(np.where(height > 0.0, rising + speed, 0.0).min()) / FASTEST_FALL
     batch.warning[:] = 0
     start, end = 0, chunk * (1 + min(int(above / step), int(steps.min()) - 1) // chunk)
-    sensors, attitude = list[Floats](), list[Floats]()
+    parts = list[tuple[Ints, slice, dict[str, Floats]]]()
     while (falling := (last_steps > start).nonzero()[0]).size > 0:
-        part = batch.rollout(end - start, record=("sensordata", "qpos"), ids=simulation_ids(batch, rows[falling]))
-        freefall.end_settled(part["sensordata"], turning[rows[falling]], falling, spin, rims, end, last_steps)
-        for moments, values in ((sensors, part["sensordata"]), (attitude, part["qpos"][..., 3:7])):
-            if len(falling) == count:
-                moments.append(values)
-            else:
-                moments.append(np.zeros((count, *values.shape[1:])))
-                moments[-1][falling] = values
+        simulations = rows[falling]
+        part = batch.rollout(end - start, record=("sensordata", "qpos"), ids=simulation_ids(batch, simulations))
+        freefall.end_settled(part["sensordata"], turning[simulations], falling, spin, rims, end, last_steps)
+        parts.append((falling, slice(start, end), part))
         start, end = end, end + chunk
     check_warnings(batch)
-    return Fall(np.concatenate(sensors, axis=1), np.concatenate(attitude, axis=1), last_steps)
+    sensors, attitude = np.zeros((count, start, batch.model.nsensordata)), np.zeros((count, start, 4))
+    for falling, moments, part in parts:
+        sensors[falling, moments], attitude[falling, moments] = part["sensordata"], part["qpos"][..., 3:7]
+    return Fall(sensors, attitude, last_steps)
