@@ -160,6 +160,7 @@ def _grasps(log: ThrowLog, config: ConveyorConfig, z: Draws) -> tuple[Floats, Fl
     grasp_variance, speed = (m * spread.grasp) ** 2, (m * spread.belt_speed) ** 2
     grasp = m * spread.grasp * np.stack([z["grasp_x"], z["grasp_y"]], axis=1)
     belt = m * spread.belt_speed * z["belt"]
+    # Draws of the prior, moved by the gain times how far the log is from their own measurement (Matheron's rule).
     total = np.stack([grasp_variance + speed * ride**2, np.full(len(ride), grasp_variance)], axis=1) + noise**2
     shown = grasp + noise * np.stack([z["grasp_noise_x"], z["grasp_noise_y"]], axis=1)
     shown[:, 0] += belt * ride

@@ -137,6 +137,7 @@ def _describe(pixels: Rows2[Pixel], smooth: Floats, valid: Floats, part: Ints, l
         return
     x, y = x / count, y / count
     xx, xy, yy = xx / count - x * x, xy / count - x * y, yy / count - y * y
+    # Heading of the long axis; the length is the standard deviation along it.
     angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
     whole.x, whole.y, whole.cos, whole.sin = x, y, math.cos(angle), math.sin(angle)
     whole.length = math.sqrt(max((xx + yy) / 2.0 + math.hypot((xx - yy) / 2.0, xy), 0.0))
@@ -160,6 +161,7 @@ def _sum_ring(pixels: Rows2[Pixel], row: int, column: int, least: float, most: f
                 on, valid, g, w = pixel.on, pixel.valid, pixel.gray, pixel.warm
                 every, shown = every + 1.0, shown + on
                 gray, gray_2, warm, warm_2 = gray + on * g, gray_2 + on * g * g, warm + on * w, warm_2 + on * w * w
+                # Centimetres beside heights in millimetres, so that all sums have a similar size.
                 a, b, h = 100.0 * valid * p, 100.0 * valid * q, valid * pixel.height
                 n, x, y, z = n + valid, x + a, y + b, z + h
                 xx, xy, yy = xx + a * a, xy + a * b, yy + b * b
@@ -190,8 +192,10 @@ def _fit(s: Disc) -> tuple[float, float, float]:
     if n < 4.0:
         return (s.z / n if n > 0.0 else 0.0), 0.0, 25.0
     x, y, z = s.x / n, s.y / n, s.z / n
+    # Moments about the means; what is added keeps a disc whose pixels lie in one line from a division by zero.
     xx, xy, yy = s.xx / n - x * x + 1e-6, s.xy / n - x * y, s.yy / n - y * y + 1e-6
     xz, yz, zz = s.xz / n - x * z, s.yz / n - y * z, s.zz / n - z * z
+    # The plane z = a x + b y by least squares, a and b in millimetres a centimetre.
     determinant = xx * yy - xy * xy
     a, b = (xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant
     return z, math.sqrt(a * a + b * b) / 10.0, max(zz - a * xz - b * yz, 0.0)

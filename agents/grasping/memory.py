@@ -181,6 +181,7 @@ class ShiftMemory:
         like = np.where(np.arange(self._length) < self._known[rows, None], np.exp(-distance / WIDTH), 0.0)
 
         def mean(of: Floats, among: Bools, prior: float) -> Floats:
+            # Mean of the values of similar objects, by their likeness, with a prior of 0.
             weight = like * among[slots]
             return (weight * of[slots]).sum(axis=1) / (weight.sum(axis=1) + prior)
 

@@ -230,6 +230,7 @@ def fill_controls(
                 sample[0], sample[1], sample[2] = p, v, t
             for step in range(1, min(stride, steps - first)):
                 u = step / stride
+                # h10 and h11 times the spacing [s], h01 and its derivative by time, and the derivatives of h10 and h11.
                 left, right = u * ((1.0 - u) * (1.0 - u)) * spacing, u * u * (u - 1.0) * spacing
                 blend, slope = u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / spacing
                 early, late = (1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)

@@ -187,6 +187,8 @@ def _limit_shares(path: PlanePath, cuts: Progress, way: float, unknown: tuple[An
         along = _interval_travel(v, a, j, t) / step if 0.0 < share < 1.0 else share
         bend, slope = _cubic([(p.curvature * way, p.slope * way**2) for p in ends], step, along)
         speed, rise = v[:-1] + t * (a[:-1] + 0.5 * t * j), a[:-1] + t * j
+        # Across the path: acceleration kappa v^2, and jerk 3 kappa v a + kappa' v^3; along it the jerk loses kappa^2
+        # v^3.
         cross = bend * speed**2
         aside = speed * (3.0 * bend * rise + slope * speed**2)
         rows.append((speed / v_max) ** 2)
@@ -199,6 +201,7 @@ def _cubic(ends: list[tuple[Floats, Floats]], step: Floats, x: Any) -> tuple[Any
     """Curvature and its derivative at the share ``x`` of each step, by a cubic Hermite polynomial of both ends."""
     (k0, d0), (k1, d1) = ends
     rise = k1 - k0
+    # k0 + step d0 x + c2 x^2 + c3 x^3.
     c2, c3 = 3.0 * rise - step * (2.0 * d0 + d1), step * (d0 + d1) - 2.0 * rise
     return k0 + x * (step * d0 + x * (c2 + x * c3)), d0 + x * (2.0 * c2 + 3.0 * x * c3) / step
 

@@ -239,6 +239,7 @@ class Programme:
         if self.static_start:
             start = float(self._states(x)[0][0][0])
             height = self.block.half_height / self.block.half_length
+            # A block at rest does not tip: tan |theta| stays below its half length over its half height.
             for sign in (1.0, -1.0):
                 value = np.cos(start) - sign * height * np.sin(start) - STATIC_ROOM
                 slope = -np.sin(start) - sign * height * np.cos(start)

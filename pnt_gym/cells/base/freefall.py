@@ -155,6 +155,7 @@ def _turn(state: Floats, step: float) -> None:
     if rate > 0.0:
         half = 0.5 * step * rate
         sine, co = math.sin(half) / rate, math.cos(half)
+        # The attitude times the quaternion of the turn, whose size rounding changes.
         p, q, r = sine * ox, sine * oy, sine * oz
         state[3], state[4], state[5], state[6] = (
             w * co - x * p - y * q - z * r,

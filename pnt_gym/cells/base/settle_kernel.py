@@ -85,6 +85,7 @@ def _is_beside_belt(ground: Ground, x: float, y: float, half_x: float, half_y: f
 def _is_clear(solid: Solid, state: Floats, bins: Rows[BinShape], rim: float, ground: Ground, step: float) -> bool:
     """Whether a body cannot touch belt, rims, walls and bottoms in the next step; unknown outside the bins."""
     x, y, z, half_x, half_y, half_z = _box_around(solid, state)
+    # The box grows by the way of the body's middle and of its farthest point in a step.
     gap = GAP + step * solid.farthest * math.sqrt(state[10] ** 2 + state[11] ** 2 + state[12] ** 2)
     half_x, half_y = half_x + gap + step * abs(state[7]), half_y + gap + step * abs(state[8])
     low = z - half_z - gap - step * abs(state[9])

@@ -160,6 +160,7 @@ class PickPlanner:
         way = motion.stop - context.pick
         length = np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-9)[:, None]
         gap = centre - context.pick[:, None, :2]
+        # In top view: bins' middles along and beside the way, and where the way enters their circles.
         along = (gap * (way[:, :2] / length)[:, None]).sum(axis=-1)
         beside_squared = (gap**2).sum(axis=-1) - along**2
         radius = np.hypot(opening[..., 0], opening[..., 1]) / 2.0 + width[:, None] / 2.0 + BESIDE

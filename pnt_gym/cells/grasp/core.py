@@ -133,6 +133,8 @@ class GraspCore:
         grasps = active & ~gives_up & (~before.holds | (wishes.again & (self.tries_left() > 0)))
         self._grasp(np.flatnonzero(grasps), wishes.place)
         attempts = self.attempts
+        # A pick ends without a grasp, or with a grasp that fails and leaves no try, or at once where a level has one
+        # stage.
         ends = active & ~grasps | grasps & (~attempts.holds & (self.tries_left() <= 0) | (rules.stages == 1))
         info: dict[str, NDArray[Any]] = {
             "held": attempts.holds.copy(),

@@ -48,6 +48,7 @@ def _draw(surfaces: Surfaces, k: int, x: float, y: float, height: Floats, look: 
     size, cos, sin = body.size, math.cos(body.yaw), math.sin(body.yaw)
     wide = (abs(cos) * size[0] + abs(sin) * size[1]) / 2.0
     tall = (abs(sin) * size[0] + abs(cos) * size[1]) / 2.0
+    # Rows run against y: the first row has the largest y.
     half = (PIXELS - 1) / 2.0
     first, last = max(int(half + (x - wide) / PIXEL), 0), min(int(half + (x + wide) / PIXEL) + 1, PIXELS - 1)
     top, bottom = max(int(half - (y + tall) / PIXEL), 0), min(int(half - (y - tall) / PIXEL) + 1, PIXELS - 1)

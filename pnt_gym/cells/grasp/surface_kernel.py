@@ -122,6 +122,7 @@ def surface_point(surfaces: Surfaces, row: int, x: float, y: float) -> tuple[flo
     relief, leak, look, ribs, rib_number = body.relief, 1.0, -1, 0.0, 0.0
     for number in range(body.count):
         zone = surfaces.zones[row, number]
+        # Zones lie one over the other: depths add up, and of the rest a zone sets only what it names.
         share = _depth_inside(zone, x, y)
         if share >= 0.0:
             height -= share * zone.depth
@@ -134,6 +135,7 @@ def surface_point(surfaces: Surfaces, row: int, x: float, y: float) -> tuple[flo
         total = 0.0
         for wave in range(WAVES):
             total += math.sin(body.wave_x[wave] * x + body.wave_y[wave] * y + body.phase[wave])
+        # The relief's variance does not depend on the number of waves.
         height += relief * total / math.sqrt(WAVES)
     if ribs > 0.0:
         height += ribs * math.sin(rib_number * x + body.phase[0])

@@ -46,6 +46,7 @@ def keeps_rules(
     low = np.where(after, floor[1][:, None], floor[0][:, None]) - SINK
     velocity, acceleration, jerk = limits.arrays(len(path.start))
     knots = path.knots
+    # Velocity is quadratic in a segment, so its size is at most that of its three Bezier points.
     middle = knots.velocity[:, :-1] + 0.5 * path.durations[..., None] * knots.acceleration[:, :-1]
     fastest = np.maximum(length(knots.velocity).max(axis=1), length(middle).max(axis=1))
     hardest = length(knots.acceleration).max(axis=1)

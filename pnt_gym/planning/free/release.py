@@ -155,6 +155,7 @@ def _release(frame: Frame, fastest: Floats, choice: Floats, roof: Floats) -> tup
     start = low + height * np.maximum(roof - low, 0.0)
     rise, level = speed * np.sin(elevation), speed * np.cos(elevation)
     drop = start - (low + frame.rise)
+    # The later time at which the object is at the target's height.
     square = rise * rise + 2.0 * GRAVITY * drop
     flight = np.where(square > 0.0, (rise + np.sqrt(np.maximum(square, 0.0))) / GRAVITY, 0.0)
     along = frame.reach - level * flight

@@ -328,6 +328,7 @@ def passes_hole(x: float, y: float, end_x: float, end_y: float, space: Space) ->
         return True
     x, y, way_x, way_y = x - space.x, y - space.y, end_x - x, end_y - y
     length = way_x * way_x + way_y * way_y
+    # The way's point that is nearest to the middle of the hole.
     share = min(max(-(x * way_x + y * way_y) / length, 0.0), 1.0) if length > 0.0 else 0.0
     near_x, near_y = x + share * way_x, y + share * way_y
     return near_x * near_x + near_y * near_y >= space.hole * space.hole

@@ -171,5 +171,6 @@ def _score(task: Task, family: Family, shape: Ints, duration: Floats) -> Floats:
         worth = sum((w * m * m for w, m in zip(task.weights, least, strict=True)), np.zeros_like(worst))
     first, last = _start_range(task)
     outside = np.maximum(first - course.start, course.start - last)
+    # A motion that breaks a limit scores below 0, the lower the more it breaks the limit.
     worth = np.where(worst < SAFE, worst - SAFE, worth)
     return np.where(outside > START_ROUNDING, np.minimum(worth, 0.0) - 1.0 - outside, worth)

@@ -195,6 +195,7 @@ def _tips(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -
     near, far = np.minimum(np.abs(above), np.abs(below)), np.maximum(np.abs(above), np.abs(below))
     same_sign = ((joint_value < 0.0) == (above < 0.0)) & ((joint_value < 0.0) == (below < 0.0))
     size = np.abs(joint_value)
+    # Two roots lie beside a meeting where h has one sign there and is nearer to 0 at the meeting than beside it.
     dip = same_sign & (size <= near) & ((size <= far - size) | (size < TOUCH))
     row, sign = row[dip], np.where(joint_value[dip] < 0.0, -1.0, 1.0)
     tip, way = grid[row, 0, joint[dip]], grid[row, 0, neighbour[dip]] - grid[row, 0, joint[dip]]

@@ -140,6 +140,7 @@ def slope_below_roof(throw: PlaneThrow, high: float, best: float, slacks: Floats
         slope = _grid_point(best, foot, 0, k)
         value = slacks[lane] if k < GRID else _slack(throw, box, slope)
         keeps = value >= 0.0
+        # A peak between the last three probes may reach above 0, although no probe does.
         if older < old < 0.0 and value <= old and old + 2.0 * max(old - older, old - value) >= 0.0:
             peak, height = _greatest_slack(throw, box, before, slope)
             if height >= 0.0:
@@ -214,6 +215,7 @@ def _border(throw: PlaneThrow, box: Box, a: float, at_a: float, b: float, at_b: 
 @kernel_part
 def _share(a: float, at_a: float, b: float, at_b: float, c: float, at_c: float) -> float:
     """Next probe as a share of the way from ``a`` to ``b``: by inverse quadratic interpolation, or a half."""
+    # Interpolation where the parabola is monotone between a and b (Chandrupatla 1997).
     place, level = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
     if level * level < place and (1.0 - level) * (1.0 - level) < 1.0 - place:
         straight = at_a / (at_b - at_a) * at_c / (at_b - at_c)

@@ -66,6 +66,7 @@ class Loads:
         single = [moved(axis) for axis in axes]
         pull = np.stack([motion(places, zero, zero + axis).torque - rest.torque for axis in axes], axis=-1)
         rates = np.stack([part.velocity for part in single], axis=-1)
+        # The torque of a velocity is a quadratic form plus friction, which alone changes its sign with the velocity.
         friction = np.stack(
             [(part.torque - moved(-axis).torque) / 2.0 for part, axis in zip(single, axes, strict=True)]
         )

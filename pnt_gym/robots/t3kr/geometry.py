@@ -187,6 +187,7 @@ class T3krGeometry(BaseModel):
     @cached_property
     def mechanism(self) -> Rows[Mechanism]:
         """Constants of pose and dynamics (1,)."""
+        # Thin rods: each end has a third of their inertia and half their weight, and a sixth couples the ends.
         length, rods = self.arm_length, 2.0 * self.rod_mass
         moved, carried = (self.platform_mass + N_ARMS * rods / part for part in (3.0, 2.0))
         return Mechanism.zeros(

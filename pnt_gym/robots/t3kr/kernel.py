@@ -171,6 +171,7 @@ def fit_points(centre: Floats3, radius: float, point: Floats2) -> None:
                 rods[arm, 0], rods[arm, 1], rods[arm, 2] = x / norm, y / norm, z / norm
                 gap = radius - norm
                 load_x, load_y, load_z = load_x + x / norm * gap, load_y + y / norm * gap, load_z + z / norm * gap
+            # The step d of least squares, R^T R d = R^T gaps, with the unit rods as the rows of R.
             x, y, z = _solve_normal(rods, load_x, load_y, load_z)
             point[k, 0] += x
             point[k, 1] += y

@@ -221,11 +221,13 @@ def move_belts(ride: Ride, new: Newcomers, passed: int, belts: Belts) -> None:
         count = gone + (1 if picked < places else 0)
         kept, position = places - count, x[row, places - 1] + way
         before = _half_length(objects[row, places - 1], new.cosine[k], new.sine[k]) if new.has_extent[k] else 0.0
+        # Objects that stay close the gaps of those that left, and move with the belt.
         for place in range(kept):
             old = place + gone
             old += 1 if old >= picked else 0
             objects[row, place], fill[row, place] = objects[row, old], fill[row, old]
             x[row, place], knocked[row, place] = x[row, old] + way, knocked[row, old]
+        # New objects lie upstream, one behind the other, each a gap behind the one before.
         distance = 0.0
         for n in range(count):
             newcomer, last = new.objects[first + n], len(ride.rows) + first + n

@@ -181,6 +181,7 @@ def touches(objects: Objects, centre: Floats, attitude: Floats) -> Bools:
     half = objects.extents[:, None, None] / 2.0
     axes = [axis[..., None, :] for axis in (along, across, vertical(*in_order(attitude)))]
     face = objects.cup_radius[:, None, None, None] * _FACE
+    # Points of the face in the axes of the objects, from the middles of their bodies.
     x, y, z = (face[..., k] - centre[..., None, k] for k in range(3))
     point = x[..., None] * axes[0] + y[..., None] * axes[1] + z[..., None] * axes[2]
     point[..., 2] -= (objects.com_depth - LIP_GAP)[:, None, None] - half[..., 2]

@@ -122,6 +122,7 @@ def swing_objects(
 def _rotate(rotation: Floats, a: float, b: float, c: float) -> tuple[float, float, float]:
     """A vector (a, b, c) turned by a unit quaternion (4,)."""
     w, x, y, z = rotation[0], rotation[1], rotation[2], rotation[3]
+    # v + w t + u x t with t = 2 u x v, where u is the vector part of the quaternion and w the scalar part.
     p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     return a + w * p + (y * r - z * q), b + w * q + (z * p - x * r), c + w * r + (x * q - y * p)
 
