@@ -9,7 +9,7 @@ no TypeError: Gymnasium adds all arguments of `gymnasium.make` to the sentence o
 `pnt_gym.planning` have Python's own TypeError.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NoReturn
 
 
@@ -48,6 +48,9 @@ class ActionError(PntGymError):
 
 class PhysicsError(PntGymError):
     """The engine warned or stopped: the throw's numbers would be worthless."""
+
+    simulations: Sequence[int] = ()
+    """Simulations in which the engine warned."""
 
 
 class OrderError(PntGymError):

@@ -121,7 +121,8 @@ def drift_effects(throws: Floats, camera_x: float) -> Floats:
     """Effects of 1 s delay, 1 m camera offset along x and y, and an encoder error of 1 on landings (N, 2, 4).
 
     In closed form, to first order: a later release on the throw line; a grasp offset shifts the whole flight; an
-    encoder's error grows from the camera on. No value is fitted.
+    encoder's error grows from the camera on. No value is fitted. The swing under soft lips is left out: in the full
+    physics of `waste` an offset along y has 0.8 of this effect.
 
     Args:
         throws: observations (N, D).

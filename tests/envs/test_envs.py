@@ -5,7 +5,8 @@ import warnings
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
+from gymnasium.utils import env_checker
+from gymnasium.utils.env_checker import check_env, data_equivalence
 from stable_baselines3.common.env_checker import check_env as check_for_sb3
 
 import pnt_gym
@@ -23,8 +24,15 @@ FAMILIES = ("PnTRelease-v0", "OneJointThrow-v0", "GripperToss-v0")
 CHECKED = with_nightly(CASES, [case for case in CASES if case[0] in FAMILIES or case[1] == next(iter(MODES[case[0]]))])
 
 
+def equivalent(first, second, exact=False):
+    """As Gymnasium's checker sees it, which takes NaN, the landing that no camera saw, for another value than NaN."""
+    both_nan = isinstance(first, float) and isinstance(second, float) and np.isnan([first, second]).all()
+    return both_nan or data_equivalence(first, second, exact)
+
+
 @pytest.mark.parametrize(("env_id", "mode"), CHECKED)
 def test_gymnasiums_checker_has_nothing_to_say(env_id, mode, opengl, monkeypatch):
+    monkeypatch.setattr(env_checker, "data_equivalence", equivalent)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):  # a window would open where there is one
         monkeypatch.delenv(name, raising=False)
     env = gym.make(env_id, action_mode=mode, width=64, height=48)

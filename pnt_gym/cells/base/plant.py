@@ -209,9 +209,12 @@ def check_warnings(batch: Any) -> None:
     """
     if np.count_nonzero(batch.warning) == 0:
         return
-    row, kind = (int(i) for i in np.argwhere(batch.warning)[0][:2])
+    warned = np.argwhere(batch.warning)[:, :2].tolist()
+    row, kind = warned[0]
     name = mujoco.mjtWarning(kind).name
-    raise PhysicsError(f"MuJoCo warned in simulation {row}: {name}; a number of the level is too extreme to simulate")
+    error = PhysicsError(f"MuJoCo warned in simulation {row}: {name}; a number of the level is too extreme to simulate")
+    error.simulations = [simulation for simulation, _ in warned]
+    raise error
 
 
 def touching(contact: Floats) -> Bools:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Final, final
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base import freefall, settle_kernel
 from pnt_gym.cells.base.airborne import Airborne, Vicinity
+from pnt_gym.cells.base.bodies import contact_solref
 from pnt_gym.cells.base.plant import check_warnings, simulation_ids
 from pnt_gym.constants import GRAVITY
 
@@ -162,3 +164,12 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     for falling, moments, part in parts:
         sensors[falling, moments], attitude[falling, moments] = part["sensordata"], part["qpos"][..., 3:7]
     return Fall(sensors, attitude, last_steps)
+
+
+@cache
+def passive_restitution(step: float) -> float:
+    """Largest restitution [-] whose contacts give no object speed in steps of the engine [s]."""
+    restitution, rebounds = np.linspace(0.0, 1.0, 101), np.empty(101)
+    settle_kernel.fill_rebounds(contact_solref(restitution), step, rebounds)
+    gains = rebounds > 1.0
+    return float(restitution[np.argmax(gains) - 1 if gains.any() else -1])

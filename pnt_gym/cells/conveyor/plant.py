@@ -31,6 +31,7 @@ from pnt_gym.cells.base.recorded import (
     loads_of_steps,
     touchdown,
 )
+from pnt_gym.cells.base.settling import passive_restitution
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -85,6 +86,9 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
     def fly(self, context: Context, plans: HandCycle, cells: Ints | None = None) -> SimulatedThrows:
         """Simulate one throw for each of N picks and motions of the hands.
 
+        A throw whose contacts give its object speed until the engine warns is simulated again with contacts that give
+        none, see `passive_restitution`.
+
         Args:
             context: the picks.
             plans: the motions.
@@ -108,9 +112,26 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         clock = ThrowClock.of(context, plans, self.config, self._threads)
         context = context.without_spin(clock.grips.unthrown)
         rows = np.arange(len(context.pick))
-        return compute_by_mask(
-            clock.grips.picked, self._simulate_throws, self._results_without_object, rows, context, clock
-        )
+        try:
+            return compute_by_mask(
+                clock.grips.picked, self._simulate_throws, self._results_without_object, rows, context, clock
+            )
+        except PhysicsError as error:
+            return self.fly(self._with_passive_contacts(context, error), plans, cells)
+
+    def _with_passive_contacts(self, context: Context, error: PhysicsError) -> Context:
+        """The picks, with contacts that give no speed where the engine warned.
+
+        Raises:
+            PhysicsError: the given one, where no contact gives speed.
+        """
+        objects, warned = context.objects, np.zeros(len(context.pick), dtype=np.bool_)
+        warned[list(error.simulations)] = True
+        largest = passive_restitution(self.config.timestep)
+        gains = warned & (objects.restitution > largest)
+        if not gains.any():
+            raise error
+        return context.replace(objects=objects.replace(restitution=np.where(gains, largest, objects.restitution)))
 
     def _fly_part(
         self, rows: slice, cells: slice, plant: ConveyorPlant, context: Context, plans: HandCycle

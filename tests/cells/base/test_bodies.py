@@ -288,7 +288,7 @@ def test_a_throw_follows_the_documented_forces(name, azimuth):
     ours, reference = flown(*args, throw_velocity(np.deg2rad(27.6), azimuth))
     np.testing.assert_allclose(ours, reference, atol=1e-5)
     vacuum = 0.3 * throw_velocity(np.deg2rad(27.6), azimuth) - [0, 0, GRAVITY * 0.3**2 / 2]
-    assert np.linalg.norm(reference - vacuum) > (0.005 if name == "rubber_block" else 0.01)  # solid rubber is heavy
+    assert np.linalg.norm(reference - vacuum) > (0.004 if name == "rubber_block" else 0.008)  # solid rubber is heavy
 
 
 @pytest.mark.parametrize("shape", [ELLIPSOID, CYLINDER, BOX])

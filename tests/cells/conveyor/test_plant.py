@@ -1,5 +1,7 @@
 """Honesty of the physics: without mismatch the plan comes true, and each effect alone does what its formula says."""
 
+import pickle
+
 import mujoco
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import pytest
 from agents.ground.metrics import wilson
 from pnt_gym.cells.base import settling
 from pnt_gym.cells.base.plant import Recording
+from pnt_gym.cells.conveyor import plant
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.robots.joints import JointMotion
@@ -242,3 +245,18 @@ def test_a_motion_rests_where_it_leaves_the_workspace_for_good():
     np.testing.assert_array_equal(rested.torque[0], rested.position[0])
     np.testing.assert_array_equal(rested.velocity[0], [inside, [0.0, 1.0, 0.0, 0.0], *rows[2:]])
     np.testing.assert_array_equal(rested.acceleration[0], rested.velocity[0])
+
+
+def test_a_throw_whose_contacts_gain_speed_without_end_is_simulated_again(monkeypatch):
+    """In steps of 2 ms a bouncy object shakes on the belt until the engine warns; the other throws are as before."""
+    level = vary("waste", timestep=0.002, spread={"restitution": 1.0})
+    with monkeypatch.context() as patch:
+        patch.setattr(plant, "passive_restitution", lambda step: 1.0)
+        with pytest.raises(PhysicsError, match="MuJoCo warned in simulation 8: ") as caught:
+            make_core(level, 16, seed=128).step(np.zeros((16, 2)))
+        assert set(caught.value.simulations) == {8}
+        assert pickle.loads(pickle.dumps(caught.value)).simulations == caught.value.simulations
+    together = make_core(level, 16, seed=128).step(np.zeros((16, 2))).info
+    for row in (7, 8):
+        alone = make_core(level, 1, seed=128 + row).step(np.zeros((1, 2))).info
+        assert same_bits({name: values[row : row + 1] for name, values in together.items()}, alone)
