@@ -107,7 +107,8 @@ class ThrowClock:
     def hand(self, steps: Ints) -> Samples:
         """The planned motion of the cup's tip at the beginning of steps (K,) or (N, K)."""
         motion = self.path.sample(steps * self.step - self.path_delay[:, None])
-        return Samples(motion.position + self.offset[:, None], motion.velocity, motion.acceleration)
+        motion.position[:] += self.offset[:, None]  # in place: a copy would take as long as the samples
+        return motion
 
     def clear(self, context: Context) -> Ints:
         """First steps (N,) from which on objects cannot touch their cups, by geometry; at most the last step."""
