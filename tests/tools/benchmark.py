@@ -11,6 +11,10 @@ from agents.ground.versions import versions
 from agents.results import content
 from agents.results.compare import assemble
 from agents.results.plan import Plan, pieces
+from tests.tools.commands import answered
+
+FILE = Path("file.json")
+"""The result that a test verifies, in the working folder."""
 
 
 def toy_plan(*entries: Mapping[str, Any], **more: Any) -> dict[str, Any]:
@@ -38,3 +42,16 @@ def write(path: Path, data: Mapping[str, Any]) -> None:
 def forge(data: dict[str, Any]) -> None:
     """Let a result show what its changed throws give."""
     data |= json.loads(json_text(assemble(Plan.model_validate(data["plan"]), data["results"])))
+
+
+def verify(data: Any, *options: str) -> tuple[int, list[dict[str, Any]]]:
+    """Exit code and verdicts of the command about a result."""
+    write(FILE, data)
+    return verified(*options)
+
+
+def verified(*options: str) -> tuple[int, list[dict[str, Any]]]:
+    """Exit code and verdicts of the command about the file."""
+    code, words = answered("agents.benchmark.verify", FILE, "--json", "out.json", *options)
+    assert code in (0, 1, 3), words
+    return code, json.loads(Path("out.json").read_text())["verdicts"]
