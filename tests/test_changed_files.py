@@ -2,7 +2,9 @@
 
 import contextlib
 import io
+import os
 import shutil
+import signal
 import subprocess
 import zipfile
 from collections.abc import Callable, Iterable, Iterator
@@ -21,6 +23,7 @@ from benchmarks.fuzz_cases.basis import Draws, Find, find_simplest
 from benchmarks.fuzz_cases.cases import judge_case
 from benchmarks.fuzz_cases.changes import WRITERS, places_of
 from benchmarks.fuzz_cases.changes import changed as change
+from benchmarks.fuzz_cases.files import STRICT
 from benchmarks.fuzz_cases.formats import FORMATS, Format, example
 from pnt_gym.errors import PntGymError
 from pnt_gym.reading import json_of, yaml_of
@@ -39,6 +42,26 @@ def copy_of(tmp_path: Path) -> Callable[[str], Path]:
 @pytest.mark.parametrize(("name", "file"), PLACES)
 def test_every_example_is_read(name: str, file: str, copy_of: Callable[[str], Path]) -> None:
     FORMATS[name].read(copy_of(name) / file)
+
+
+@pytest.fixture
+def patience() -> Iterator[None]:
+    """Ends a test that waits for ever."""
+    old = signal.signal(signal.SIGALRM, lambda *_: pytest.fail("it waits"))
+    signal.alarm(60)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, old)
+
+
+@pytest.mark.usefixtures("patience")
+@pytest.mark.parametrize(("name", "file"), STRICT)
+def test_no_reader_waits_for_somebody_who_writes(name: str, file: str, copy_of: Callable[[str], Path]) -> None:
+    path = copy_of(name) / file
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises((PntGymError, gym.error.Error)):
+        FORMATS[name].read(path)
 
 
 @pytest.mark.parametrize("name", [name for name, form in FORMATS.items() if form.line])

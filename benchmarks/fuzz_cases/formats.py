@@ -15,7 +15,6 @@ from tempfile import mkdtemp
 from typing import Final, NamedTuple
 
 from agents.dataset import collection
-from agents.design.level_files import line_of_file
 from agents.dispatchers.settings import MADE
 from agents.learning import trained
 from agents.results import study
@@ -58,7 +57,7 @@ FORMATS: Final[dict[str, Format]] = {
         examples.make_levels, readers.read_level, tuple(f"{name}.yaml" for name in CONFIGS), "agents.levels --show FILE"
     ),
     "design-file": Format(
-        examples.make_design, lambda path: line_of_file(path.read_bytes(), path.name), ("line.yaml",),
+        examples.make_design, readers.read_design, ("line.yaml",),
         "agents.line plan --level FILE --robots 3 --shifts 2 --minutes 0.5 --throws 100 --check 0 --fidelity flight"
         " --no-mend",
     ),

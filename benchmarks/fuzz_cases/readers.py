@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from agents.controllers.state import load_state
+from agents.design import level_files
 from agents.dispatchers import registry
 from agents.dispatchers.settings import settings_in
 from agents.fit import reading, writing
@@ -39,6 +40,7 @@ from pnt_gym.cells.grasp.config import PIXELS
 from pnt_gym.cells.line.chances import required_table
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.observation import ENTRIES
+from pnt_gym.reading import bytes_of
 from tests.tools.fitting import WASTE
 
 
@@ -55,6 +57,11 @@ def read_level(path: Path) -> None:
     """Read a level of the family of its name, and the same for people."""
     CONFIGS[path.stem].load(path)
     levels.text(str(path))
+
+
+def read_design(path: Path) -> None:
+    """Read the line of a file as the design's page does when a browser sends the file."""
+    level_files.line_of_file(bytes_of(path, level_files.LARGEST), path.name)
 
 
 def read_chances(path: Path) -> None:
