@@ -55,9 +55,7 @@ class Arguments(Options):
 
 def main(arguments: Arguments) -> None:
     """Measure the cases that are asked for, print their figures and write them."""
-    at_least(
-        {**vars(arguments), "threads": min(arguments.threads, default=0)}, repeats=1, cells=1, singles=1, threads=1
-    )
+    at_least({**vars(arguments), "threads": min(arguments.threads, default=0)}, repeats=1, cells=1, threads=1)
     names = select_cases(arguments.cases, has_older_code=arguments.before is not None)
     if arguments.list:
         print("\n".join(f"{name:28s}{summary(CASES[name])}" for name in names))

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, NamedTuple
 
 from agents.ground.cli import option
 
@@ -15,6 +15,19 @@ Place = tuple[str | int, ...]
 PER_SECOND: Final = {"s": 1.0, "ms": 1e3, "us": 1e6}
 WALL, CPU = 0, 1
 """Clocks of a turn: of the wall, and of the processor by all threads."""
+
+
+class Seconds(NamedTuple):
+    """Duration of a turn by both clocks [s]."""
+
+    wall: float = 0.0
+    cpu: float = 0.0
+
+    def and_of(self, call: Callable[[], object]) -> Seconds:
+        """This duration and that of a call."""
+        wall, cpu = time.perf_counter(), time.process_time()
+        call()
+        return Seconds(self.wall + time.perf_counter() - wall, self.cpu + time.process_time() - cpu)
 
 
 @dataclass(frozen=True)
@@ -27,8 +40,6 @@ class Options:
     """Smaller batches and a tenth of the turns."""
     cells: int = 64
     """Cells of a vector environment."""
-    singles: int = 16
-    """Single environments in a loop."""
     threads: tuple[int, ...] = (1, 2)
     """Physics threads to compare."""
     level: Annotated[str | None, option("waste at the conveyor, single at a line, nominal elsewhere", "NAME")] = None
@@ -47,7 +58,8 @@ class Timing:
 
     Attributes:
         place: of the figure.
-        call: what is timed, or the place of a timing that has the same call.
+        call: what is timed, or the place of a timing that has the same call; of a call that returns `Seconds` these
+            count, the rest of the call does not.
         unit: s, ms or us for an item, "1/s" for items per second, "x" for a ratio.
         count: items per call, known after the last turn if it is a function.
         repeats: turns after the first one, which warms up; calls that repeat as often take turns.
@@ -75,8 +87,8 @@ class Count:
 
 
 Row = Timing | Count
-Times = dict[Place, list[tuple[float, float]]]
-"""Seconds by both clocks of every turn of a call."""
+Times = dict[Place, list[Seconds]]
+"""Duration of every turn of a call."""
 
 
 def figures(rows: Iterable[Row], options: Options) -> dict[Place, Any]:
@@ -98,10 +110,15 @@ def times_in_turn(timings: Iterable[Timing], options: Options) -> Times:
     for repeats in dict.fromkeys(repeats for _, repeats in calls.values()):
         for _ in range(1 + (options.repeats or options.size(repeats))):
             for place in (place for place, (_, count) in calls.items() if count == repeats):
-                wall, cpu = time.perf_counter(), time.process_time()
-                calls[place][0]()
-                times[place].append((time.perf_counter() - wall, time.process_time() - cpu))
+                times[place].append(_duration(calls[place][0]))
     return {place: turns[1:] for place, turns in times.items()}
+
+
+def _duration(call: Callable[[], object]) -> Seconds:
+    """The seconds that a call returns, or those that the call takes."""
+    results = list[object]()
+    whole = Seconds().and_of(lambda: results.append(call()))
+    return results[0] if isinstance(results[0], Seconds) else whole
 
 
 def nest(values: Mapping[Place, Any]) -> dict[str, Any]:

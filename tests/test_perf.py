@@ -9,6 +9,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+import numpy as np
 import pytest
 
 import pnt_gym
@@ -16,8 +17,8 @@ from agents.ground.cli import UsageError
 from agents.report import speeds
 from benchmarks import perf, timing
 from benchmarks.perf_cases import codes, planning, shares
-from benchmarks.perf_cases.cells import FLIGHT, LEVELS, Vector
-from benchmarks.timing import Count, Options, Timing
+from benchmarks.perf_cases.cells import FLIGHT, LEVELS, Cells, Steps
+from benchmarks.timing import Count, Options, Seconds, Timing
 
 RESULTS = Path(__file__).resolve().parents[1] / "results"
 
@@ -51,6 +52,17 @@ def test_figures_are_times_of_an_item_rates_and_ratios_of_items(monkeypatch: pyt
     assert values == {"slow": [2000.0, 6.0], "fast": 20.0, "ratio": 20.0, "seen": {"now": 30.0, "level": "waste"}}
 
 
+def test_a_call_may_say_which_seconds_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(timing, "time", clock := Clock())
+    works, seconds = clock.call(1.0, 2.0, 3.0, 4.0), timing.Seconds()
+
+    def turn() -> Seconds:
+        works()
+        return seconds.and_of(works)
+
+    assert timing.figures([Timing(("x",), turn, "s", repeats=1)], Options()) == {("x",): 4.0}
+
+
 def test_calls_that_repeat_as_often_take_turns_after_a_first_call_of_each() -> None:
     turns: list[str] = []
     repeats = {"a": 20, "b": 30, "c": 20}
@@ -74,7 +86,7 @@ def test_results_have_the_form_that_tables_read(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, case: str, file: str
 ) -> None:
     monkeypatch.setattr(planning, "FIRST_PLAN", "print(0.5)")
-    few = {"quick": True, "repeats": 1, "cells": 2, "singles": 1}
+    few = {"quick": True, "repeats": 1, "cells": 2}
     perf.main(perf.Arguments(cases=(case,), json=tmp_path / file, **few))
     expected = json.loads((RESULTS / file).read_text())
     if "envs" in expected:
@@ -134,11 +146,13 @@ def test_steps_stand_beside_each_other_with_everything_else_at_the_end() -> None
 
 
 def test_goals_say_by_how_much_a_speed_falls_short() -> None:
-    throws = {"level": "waste", "singles_throws_per_s": 150.0, "bare_throws_per_s": 300.0}
-    flights = {"level": "waste, fidelity: flight", "threads": 1}
-    conveyor = [{**throws, "threads": n, "env_over_bare": share} for n, share in ((1, 0.92), (2, 0.66))]
-    line = [{"level": "single", "threads": n, "env_throws_per_s": 50_000.0 * n} for n in (1, 2)]
-    envs = {"PnTConveyor-v0": {"vector": [*conveyor, flights]}, "PnTLine-v0": {"vector": line}}
+    throws = [
+        {"level": "waste", "cells": cells, "threads": threads, "env_over_bare": share}
+        for cells, threads, share in ((1, 1, 0.50), (64, 1, 0.92), (64, 2, 0.66))
+    ]
+    flights = {"level": "waste, fidelity: flight", "cells": 64, "threads": 1, "env_over_bare": 0.1}
+    line = [{"level": "single", "cells": 64, "threads": n, "env_throws_per_s": 50_000.0 * n} for n in (1, 2)]
+    envs = {"PnTConveyor-v0": {"rows": [*throws, flights]}, "PnTLine-v0": {"rows": line}}
     assert [row[1:] for row in speeds.grid("speed-goals", {"envs": envs}).rows] == [
         ["0.60", "0.50", "17 %"],
         ["0.92", "0.92", "-"],
@@ -184,10 +198,24 @@ def test_both_codes_step_in_turn(env_id: str, level: Any, cells: int) -> None:
     assert rates["now"] / rates["before"] == pytest.approx(rates["ratio"])
 
 
-@pytest.mark.parametrize("level", LEVELS["PnTLine-v0"], ids=["by a table", "flights", "full physics"])
-def test_the_physics_of_a_lines_step_is_repeated_alone(level: Any) -> None:
-    vector = Vector("PnTLine-v0", level, 2, 1)
-    for _ in range(3):
-        vector.step()
-    vector.repeat()
-    assert (vector.steps() > 0.0) == (level != "single")
+@pytest.mark.parametrize("cells", [1, 2])
+@pytest.mark.parametrize(
+    ("env_id", "level"), [*(("PnTLine-v0", level) for level in LEVELS["PnTLine-v0"]), ("PnTConveyor-v0", "waste")]
+)
+def test_the_physics_of_the_steps_is_repeated_alone(env_id: str, level: Any, cells: int) -> None:
+    steps = Steps(env_id, level, cells, 1, 2 * cells)
+    whole, bare = steps.step(), steps.simulate()
+    assert (steps.simulated() > 0) == (level != "single")
+    assert bare.wall < whole.wall
+
+
+def test_every_turn_has_the_same_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = list[Any]()
+    monkeypatch.setattr(Cells, "step", lambda self: seen.append(self.env.step(np.zeros((2, 2), np.float32))[0]))
+    steps = Steps("PnTConveyor-v0", FLIGHT, 2, 1, 4)
+    for turn in (steps.step, steps.simulate, steps.step):
+        turn()
+    first, *others = np.reshape(seen, (3, steps.count, -1))
+    for turn in others:
+        np.testing.assert_array_equal(turn, first)
+    assert (first[1:] != first[:-1]).any(axis=1).all()

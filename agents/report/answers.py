@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from operator import itemgetter
 from typing import Any, Final
 
 import numpy as np
@@ -287,11 +288,17 @@ def verdict_counts(record: Data) -> dict[str, dict[str, int]]:
     }
 
 
+def single_and_vector(rows: Iterable[Data]) -> tuple[Data, Data]:
+    """Speeds of a level with a single environment, and with the most cells and threads."""
+    by_size = sorted(rows, key=itemgetter("cells", "threads"))
+    return by_size[0], by_size[-1]
+
+
 def speed(results: Results) -> Values:
-    """The main environment with most threads on the level of waste, and the planner's times."""
-    figures = results["perf_envs"]["envs"]["PnTConveyor-v0"]
-    vector = max(figures["vector"], key=lambda row: (row["level"] == "waste", row["threads"]))
-    return {"vector": vector, "planner": results["perf_planner"]}
+    """The main environment on the level of waste, a single one and a vector with most threads; the planner's times."""
+    rows = results["perf_envs"]["envs"]["PnTConveyor-v0"]["rows"]
+    single, vector = single_and_vector(row for row in rows if row["level"] == "waste")
+    return {"single": single, "vector": vector, "planner": results["perf_planner"]}
 
 
 def _read(results: Results, name: str, keys: Sequence[str] = ("plan", "table", "comparisons")) -> Data:

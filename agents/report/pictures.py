@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import groupby
+from operator import itemgetter
 from typing import Any, Final
 
 import numpy as np
@@ -12,7 +14,7 @@ from ..ground.looks import colours, said
 from ..reproduce.record import AGREES
 from ..results.study import shipped_study
 from . import headline
-from .answers import LOSSES, controller_paces, verdict_counts
+from .answers import LOSSES, controller_paces, single_and_vector, verdict_counts
 from .figures import over_the_shift
 from .tables import first_level, name_of
 
@@ -135,30 +137,29 @@ def cup(results: Results) -> Figure:
 
 
 def speed(results: Results) -> Figure:
-    """Throws per second of every environment: single environments, a vector of them, and the bare physics."""
-    envs = results["perf_envs"]["envs"]
+    """Throws per second of every environment: a single environment, a vector, and the bare physics of the vector."""
     rows = [
-        (f"{env}, {row['level']}", row)
-        for env, figures in envs.items()
-        for row in figures["vector"]
-        if row["threads"] == max(line["threads"] for line in figures["vector"])
+        (f"{env}, {level}", *single_and_vector(lines))
+        for env, figures in results["perf_envs"]["envs"].items()
+        for level, lines in groupby(figures["rows"], itemgetter("level"))
     ]
     figure, (axes,) = subplots(1, 1, (WIDTH, 0.32 * len(rows) + 1.6))
     places = np.arange(len(rows))
     kinds = {
-        "single environments": "singles_throws_per_s",
-        "vector environment": "env_throws_per_s",
-        "bare physics": "bare_throws_per_s",
+        "a single environment": [single["env_throws_per_s"] for _, single, _ in rows],
+        "a vector of environments": [vector["env_throws_per_s"] for _, _, vector in rows],
+        "bare physics of the vector": [
+            vector["bare_throws_per_s"] if vector["physics_steps_per_throw"] else np.nan for _, _, vector in rows
+        ],
     }
-    for (text, name), marker, colour in zip(kinds.items(), "osd", COLOURS, strict=False):
-        simulated = [row[name] if name[0] != "b" or row["physics_steps_per_throw"] else np.nan for _, row in rows]
-        axes.plot(simulated, places, marker, color=colour, label=text)
-    threads = ", ".join(str(count) for count in dict.fromkeys(row["threads"] for _, row in rows))
+    for (text, rates), marker, colour in zip(kinds.items(), "osd", COLOURS, strict=False):
+        axes.plot(rates, places, marker, color=colour, label=text)
+    threads = ", ".join(str(count) for count in dict.fromkeys(vector["threads"] for *_, vector in rows))
     dress(axes, f"throws or decisions per second on {threads} threads", "")
     figure.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
     axes.set_xscale("log")
     axes.set_xlabel(f"{axes.get_xlabel()}, logarithmic")
-    axes.set_yticks(places, labels=[name for name, _ in rows])
+    axes.set_yticks(places, labels=[name for name, *_ in rows])
     axes.invert_yaxis()
     return figure
 

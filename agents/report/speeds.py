@@ -16,6 +16,8 @@ Data = Mapping[str, Any]
 Rows = list[dict[str, Any]]
 KINDS: Final = {"free": "no ceiling", "ceiling_active": "the ceiling moves the release", "infeasible": "no throw"}
 """Cases of a plan, and what tables call them."""
+CELLS: Final = 64
+"""Cells of the vectors for which goals are set."""
 REST: Final = "everything else"
 """The part of a step that stands last."""
 TABLES: Final = {
@@ -38,15 +40,15 @@ def _planner(data: Data) -> Rows:
 def _goals(data: Data) -> Rows:
     """What the speeds should be, and what they are."""
     conveyor, line = (
-        {row["threads"]: row for row in data["envs"][env]["vector"] if row["level"] == level}
+        {(row["cells"], row["threads"]): row for row in data["envs"][env]["rows"] if row["level"] == level}
         for env, level in (("PnTConveyor-v0", "waste"), ("PnTLine-v0", "single"))
     )
-    single = conveyor[1]["singles_throws_per_s"] / conveyor[1]["bare_throws_per_s"]
-    gain = line[2]["env_throws_per_s"] / line[1]["env_throws_per_s"]
+    gain = line[CELLS, 2]["env_throws_per_s"] / line[CELLS, 1]["env_throws_per_s"]
+    shares = {form: row["env_over_bare"] for form, row in conveyor.items()}
     goals = (
-        ("`PnTConveyor-v0`, waste, single, share of bare physics", 0.60, single),
-        ("`PnTConveyor-v0`, waste, 64 cells, one thread, share of bare physics", 0.92, conveyor[1]["env_over_bare"]),
-        ("`PnTConveyor-v0`, waste, 64 cells, two threads, share of bare physics", 0.88, conveyor[2]["env_over_bare"]),
+        ("`PnTConveyor-v0`, waste, single, share of bare physics", 0.60, shares[1, 1]),
+        ("`PnTConveyor-v0`, waste, 64 cells, one thread, share of bare physics", 0.92, shares[CELLS, 1]),
+        ("`PnTConveyor-v0`, waste, 64 cells, two threads, share of bare physics", 0.88, shares[CELLS, 2]),
         ("`PnTLine-v0`, single, by table, two threads over one", 1.7, gain),
     )
     return [{"speed": speed, "asked": asked, "measured": measured} for speed, asked, measured in goals]
@@ -65,9 +67,9 @@ def _shares(data: Data) -> Rows:
 
 ROWS: Final[Mapping[str, Callable[[Data], Rows]]] = {
     "planner": _planner,
-    # Throws per second of the vector environments against bare physics and against single environments.
+    # Throws per second against bare physics and against a single environment.
     "environments": lambda data: [
-        {"env": env, **row} for env, figures in data["envs"].items() for row in figures["vector"]
+        {"env": env, **row} for env, figures in data["envs"].items() for row in figures["rows"]
     ],
     "speed-goals": _goals,
     "shares": _shares,

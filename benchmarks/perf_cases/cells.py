@@ -5,17 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
-from statistics import mean
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
 from benchmarks.checks import random_action
-from benchmarks.timing import CPU, Count, Options, Place, Row, Timing
+from benchmarks.timing import CPU, Count, Options, Place, Row, Seconds, Timing
 from pnt_gym.cells.base.parallel import call_in_threads
 
-SEED, ROUNDS = 0, 5
+SEED = 0
+ROUNDS, SINGLE_ROUNDS = 4, 12
+"""Turns of a vector and of a single environment, which is sensitive to what else the machine does."""
+THROWS, FEWEST_STEPS = 128, 6
+"""Throws of a turn, and its least number of steps."""
 FLIGHT = {"name": "waste, fidelity: flight", "base": "waste", "fidelity": "flight"}
 LEVELS = {
     "PnTConveyor-v0": ("waste", FLIGHT),
@@ -68,6 +71,10 @@ class Cells:
 
     def __init__(self, env_id: str, level: Any, count: int, threads: int = 1) -> None:
         self.env: Any = gym.make_vec(env_id, num_envs=count, level=level, threads=threads)
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin again: the same steps come again."""
         self.info, self._rng = self.env.reset(seed=SEED)[1], np.random.default_rng(SEED)
 
     def step(self) -> None:
@@ -75,49 +82,65 @@ class Cells:
         self.info = self.env.step(random_action(self.env, self.info, self._rng, ACTIONS))[-1]
 
 
-class Vector(Cells):
-    """A vector environment and the physics inside it."""
+class Single(Cells):
+    """A single environment that is stepped at random."""
 
-    def __init__(self, env_id: str, level: Any, cells: int, threads: int) -> None:
-        super().__init__(env_id, level, cells, threads)
-        self._plants = [[tap_batches(part) for part in parts] for parts in plants(self.env.unwrapped.core.cell)]
-        self._taps, self._steps = [tap for parts in self._plants for part in parts for tap in part], list[int]()
-        self.times = 1 if self._taps else UNSIMULATED_STEPS
-        """Steps of a timed call."""
+    def __init__(self, env_id: str, level: Any) -> None:
+        self.env = gym.make(env_id, level=level, disable_env_checker=True)
+        self.restart()
 
     def step(self) -> None:
-        """Throw once in every cell."""
-        for tap in self._taps:
-            tap.calls = []
-        super().step()
-        self._steps.append(sum(tap.steps for tap in self._taps))
+        """One step, and the reset at the end of an episode."""
+        *_, ended, cut, self.info = self.env.step(random_action(self.env, self.info, self._rng, ACTIONS))
+        if ended or cut:
+            self.info = self.env.reset()[1]
 
-    def repeat(self) -> None:
-        """The physics of the last step alone: what planning, references and bookkeeping leave to it."""
+
+def open_cells(env_id: str, level: Any, count: int, threads: int = 1) -> Cells:
+    """A vector environment; a single environment for one cell."""
+    return Single(env_id, level) if count == 1 else Cells(env_id, level, count, threads)
+
+
+class Steps:
+    """Steps of cells, and the physics of the same steps alone.
+
+    Each turn begins again and has the same steps, so the shortest of the turns counts. The physics is that of other
+    cells, whose rollouts are remembered: what remembers them takes time of their steps.
+    """
+
+    def __init__(self, env_id: str, level: Any, cells: int, threads: int, throws: int) -> None:
+        self._cells, self._tapped = (open_cells(env_id, level, cells, threads) for _ in range(2))
+        self._plants = [[tap_batches(part) for part in parts] for parts in plants(self._tapped.env.unwrapped.core.cell)]
+        self._taps, self._simulated = [tap for parts in self._plants for part in parts for tap in part], 0
+        self.count = max(throws // cells, FEWEST_STEPS) if self._taps else UNSIMULATED_STEPS
+        """Steps of a turn."""
+
+    def step(self) -> Seconds:
+        """The steps of a turn."""
+        self._cells.restart()
+        return Seconds().and_of(partial(repeat, self._cells.step, self.count))
+
+    def simulate(self) -> Seconds:
+        """The physics of the steps of a turn: what planning, references and bookkeeping leave to it."""
+        self._tapped.restart()
+        self._simulated, seconds = 0, Seconds()
+        for _ in range(self.count if self._taps else 1):
+            for tap in self._taps:
+                tap.calls = []
+            self._tapped.step()
+            self._simulated += sum(tap.steps for tap in self._taps)
+            self._repeat()  # as warm as it gets
+            seconds = seconds.and_of(self._repeat)
+        return seconds
+
+    def _repeat(self) -> None:
+        """The physics of the last step alone."""
         for parts in self._plants:  # one after the other, and the parts of each at the same time, as in the step
             call_in_threads([partial(repeat_all, part) for part in parts])
 
-    def steps(self) -> float:
-        """Physics steps of a step of all cells, on average without the first, which warms up."""
-        return mean(self._steps[1:])
-
-
-class Singles:
-    """Single environments stepped one after the other."""
-
-    def __init__(self, env_id: str, level: Any, count: int) -> None:
-        self._envs = [gym.make(env_id, level=level, disable_env_checker=True) for _ in range(count)]
-        self._infos = [env.reset(seed=SEED + row)[1] for row, env in enumerate(self._envs)]
-        self._rng = np.random.default_rng(SEED)
-
-    def step(self) -> None:
-        """One step of every environment."""
-        for row, env in enumerate(self._envs):
-            *_, terminated, truncated, self._infos[row] = env.step(
-                random_action(env, self._infos[row], self._rng, ACTIONS)
-            )
-            if terminated or truncated:
-                self._infos[row] = env.reset()[1]
+    def simulated(self) -> int:
+        """Physics steps of a turn."""
+        return self._simulated
 
 
 def plants(cell: Any) -> list[list[Any]]:
@@ -149,36 +172,32 @@ def repeat(call: Callable[[], None], count: int) -> None:
 
 
 def environment(env_id: str, options: Options) -> Iterator[Row]:
-    """Throws per second of a vector environment, beside the bare physics of the same throws and single environments.
+    """Throws per second of a single and of a vector environment, beside the bare physics of the same throws.
 
-    A decision at a line is a throw here.
+    A decision at a line is a throw here, and so is a grasp.
     """
-    levels, place = (options.level,) if options.level else LEVELS.get(env_id, ("nominal",)), ("envs", env_id)
+    levels, place = (options.level,) if options.level else LEVELS.get(env_id, ("nominal",)), ("envs", env_id, "rows")
     yield from (Count(("timestep",), 0.001), Count(("cpus",), os.cpu_count()))
-    yield Count((*place, "singles"), options.singles)
+    forms = [(1, 1), *((options.cells, threads) for threads in options.threads)]
     for k, level in enumerate(levels):
-        singles = Singles(env_id, level, options.singles)
-        loop: Callable[[], None] | Place = ()
-        for n, threads in enumerate(options.threads, k * len(options.threads)):
-            row, vector = (*place, "vector", n), Vector(env_id, level, options.cells, threads)
+        single, count = (*place, k * len(forms), "env_throws_per_s"), 0
+        for n, (cells, threads) in enumerate(forms, k * len(forms)):
+            row, steps = (*place, n), Steps(env_id, level, cells, threads, options.size(THROWS))
             yield Count((*row, "level"), level if isinstance(level, str) else level["name"])
-            yield from vector_rows(row, vector, options.cells, threads)
-            alone, step = (*row, "singles_throws_per_s"), (*row, "env_throws_per_s")
-            decisions = options.singles * vector.times
-            yield Timing(alone, loop or partial(repeat, singles.step, vector.times), "1/s", decisions, ROUNDS)
-            yield Timing((*row, "env_over_singles"), alone, "x", decisions, over=step)
-            if not loop and k == 0:
-                yield Timing((*place, "singles_throws_per_s"), alone, "1/s", decisions)
-            loop = alone  # timed once for all numbers of threads
+            yield from rows_of_steps(row, steps, cells, threads)
+            count = count or steps.count
+            step = (*row, "env_throws_per_s")
+            yield Timing((*row, "env_over_single"), single, "x", count, over=step)
 
 
-def vector_rows(row: Place, vector: Vector, cells: int, threads: int) -> Iterator[Row]:
-    """Rows of one vector environment: its step, and the physics of that step."""
-    step, bare = (*row, "env_throws_per_s"), (*row, "bare_throws_per_s")
+def rows_of_steps(row: Place, steps: Steps, cells: int, threads: int) -> Iterator[Row]:
+    """Rows of the steps of cells and of their physics."""
+    step, bare, throws = (*row, "env_throws_per_s"), (*row, "bare_throws_per_s"), cells * steps.count
+    rounds = SINGLE_ROUNDS if cells == 1 else ROUNDS
     yield Count(row, {"cells": cells, "threads": threads})
-    yield Timing(step, partial(repeat, vector.step, vector.times), "1/s", cells * vector.times, ROUNDS)
-    yield Timing(bare, vector.repeat, "1/s", cells, ROUNDS)
-    yield Timing((*row, "env_over_bare"), bare, "x", cells, over=step)
-    yield Timing((*row, "env_over_bare_cpu"), bare, "x", cells, clock=CPU, over=step)
-    yield Timing((*row, "physics_us_per_step"), bare, "us", lambda: max(vector.steps(), 1.0) / threads)
-    yield Count((*row, "physics_steps_per_throw"), lambda: vector.steps() / cells)
+    yield Timing(step, steps.step, "1/s", throws, rounds)
+    yield Timing(bare, steps.simulate, "1/s", throws, rounds)
+    yield Timing((*row, "env_over_bare"), bare, "x", throws, over=step)
+    yield Timing((*row, "env_over_bare_cpu"), bare, "x", throws, clock=CPU, over=step)
+    yield Timing((*row, "physics_us_per_step"), bare, "us", lambda: max(steps.simulated(), 1) / threads)
+    yield Count((*row, "physics_steps_per_throw"), lambda: steps.simulated() / throws)

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from types import FrameType
 from typing import Final
 
-from benchmarks.perf_cases.cells import FLIGHT, Cells, Singles, repeat
+from benchmarks.perf_cases.cells import FLIGHT, open_cells, repeat
 from benchmarks.timing import Count, Options, Row
 
 INTERVAL: Final = 0.001
@@ -99,7 +99,7 @@ def steps(options: Options) -> Iterator[Row]:
     """Shares of a step by its parts, of single environments and of vectors on one thread."""
     yield Count(("cpus",), os.cpu_count())
     for n, (env_id, level, cells, usual, parts) in enumerate(STEPS):
-        step, count = (Cells if cells > 1 else Singles)(env_id, level, cells).step, options.size(usual)
+        step, count = open_cells(env_id, level, cells).step, options.size(usual)
         repeat(step, max(count // 10, 2))
         with sample_shares(parts) as shares:
             repeat(step, count)

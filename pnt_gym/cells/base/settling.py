@@ -54,6 +54,7 @@ class FallEnd:
 
 def settle(
     batch: Any,
+    motion: tuple[Floats, Floats],
     rows: Ints,
     objects: tuple[Airborne, Vicinity],
     state: Floats,
@@ -67,6 +68,7 @@ def settle(
 
     Args:
         batch: simulations of a free object and its surroundings without the robot.
+        motion: positions and velocities of all simulations, as the batch binds them.
         rows: the simulations of the N objects.
         objects: the objects in the air, and what they may meet.
         state: their states (N, STATE).
@@ -80,7 +82,7 @@ def settle(
     chunk = max(round(DECISION_INTERVAL / step), 1)
     state, steps, simulated = state.copy(), steps.copy(), np.zeros_like(rows)
     verdict = np.full(len(rows), settle_kernel.FALLING)
-    energy, qpos, qvel = np.full(len(rows), -np.inf), batch.bind("qpos"), batch.bind("qvel")
+    energy, (qpos, qvel) = np.full(len(rows), -np.inf), motion
     settle_kernel.follow(state, *objects, step, energy, steps, verdict)
     falling = (verdict == settle_kernel.FALLING).nonzero()[0]
     if falling.size > 0:
@@ -123,7 +125,9 @@ class Fall:
     """Number of steps that count, for each object (N,)."""
 
 
-def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: float) -> Fall:
+def fall(
+    batch: Any, motion: tuple[Floats, Floats], rows: Ints, spin: Floats, steps: Ints, rim: Floats, step: float
+) -> Fall:
     """Simulate flying objects until each has too little energy to cross the rim of its bin.
 
     An object with too little energy to reach the rim stays inside the walls, or outside. Every row is checked at the
@@ -132,8 +136,9 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
 
     Args:
         batch: simulations of a free object and its surroundings without the robot, each in its first state.
+        motion: positions and velocities of all simulations, as the batch binds them.
         rows: the N simulations.
-        body: id of the object's body.
+        spin: moments of inertia over mass of the N objects (N, 3) [m2].
         steps: largest number of steps of each simulation (N,).
         rim: height of the bins' rims (N,) [m].
         step: length of a physics step [s].
@@ -141,11 +146,9 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
-    count, chunk = len(steps), max(round(CHECK_INTERVAL / step), 1)
-    spin = batch.expand("body_inertia")[rows, body] / batch.expand("body_mass")[rows, body, None]
-    qpos, qvel, last_steps = batch.bind("qpos"), batch.bind("qvel"), steps.copy()
+    count, chunk, last_steps = len(steps), max(round(CHECK_INTERVAL / step), 1), steps.copy()
+    (qpos, qvel), rims = motion, np.ascontiguousarray(rim)
     turning = qvel[:, 3:6]
-    rims = np.ascontiguousarray(rim)
     # The shortest time in which no object that is above its rim falls below it.
     height, rising = qpos[rows, 2] - rim, qvel[rows, 2]
     speed = np.sqrt(rising**2 + 2.0 * FASTEST_FALL * np.maximum(height, 0.0))

@@ -21,7 +21,6 @@ from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels, build_free_scene, floor_height
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
-from pnt_gym.palette import ITEMS
 from pnt_gym.planning.motion.ballistics import landing_point
 
 NEAR_DISTANCE: Final = 0.02
@@ -37,7 +36,6 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
     contacts = scene_kernel.Contacts(o.middle, o.friction, o.rolling_friction, o.solref)
     fields = scene_kernel.ContactFields(*map(batch.expand, scene_kernel.CONTACT_FIELDS))
     scene_kernel.write_contacts(rows, geom, contacts, fields)
-    batch.expand("geom_rgba")[rows, geom] = ITEMS.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
         bin_fields = scene_kernel.BinFields(*map(batch.expand, scene_kernel.BIN_FIELDS))
         places = rows, scene.bin_bodies[0], scene.bin_geoms[0], context.target
@@ -67,7 +65,7 @@ class FreeObjects:
             1, floor=floor_height(config), belt=belt.height, min_x=min_x, max_x=max_x, min_y=min_y, max_y=max_y
         )
         self.batch = Batch(self._scene.model, nsim=count, nthread=threads)
-        self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
+        self._motion = self.batch.bind("qpos"), self.batch.bind("qvel")
 
     def fall(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats, steps: Ints) -> Fall:
         """Simulate N objects in the engine, in some of the simulations, from states qpos (N, 7) and qvel (N, 6).
@@ -76,7 +74,8 @@ class FreeObjects:
             PhysicsError: the engine warned, or stopped a simulation.
         """
         self._write(rows, context, qpos, qvel)
-        return fall(self.batch, rows, self._scene.object_body, steps, context.target[:, 2], self._config.timestep)
+        spin, rim = context.objects.inertia / context.objects.mass[:, None], context.target[:, 2]
+        return fall(self.batch, self._motion, rows, spin, steps, rim, self._config.timestep)
 
     def predict_landings(self, context: Context, clock: ThrowClock) -> tuple[Touchdown, Bools]:
         """Landings of N objects after planned releases, and which objects the cup touches again (N,).
@@ -145,7 +144,7 @@ class FreeObjects:
         solid["rebound"], solid["farthest"] = rebounds, farthest_points(context)
         ground = take(self._ground, np.zeros(count, dtype=np.int64))
         vicinity = Vicinity(solid, bins, context.target[:, 2].copy(), ground)
-        return settle(self.batch, rows, (flying, vicinity), state, steps, self._config.timestep, write)
+        return settle(self.batch, self._motion, rows, (flying, vicinity), state, steps, self._config.timestep, write)
 
     def _write(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats) -> None:
         """Set up some of the simulations with the objects of N picks in states qpos (N, 7) and qvel (N, 6)."""
@@ -153,7 +152,8 @@ class FreeObjects:
         write_models(batch, rows, self._scene, context, self._config)
         batch.set_const(simulation_ids(batch, rows))
         batch.state[rows] = 0.0
-        self._qpos[rows], self._qvel[rows] = qpos, qvel
+        for field, values in zip(self._motion, (qpos, qvel), strict=True):
+            field[rows] = values
 
 
 def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats, threads: int = 1) -> tuple[Floats, Floats, Ints]:

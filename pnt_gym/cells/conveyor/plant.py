@@ -41,6 +41,7 @@ from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.errors import PhysicsError
+from pnt_gym.palette import ITEMS
 from pnt_gym.robots.joints import CONTROLS, JointMotion, knot_count, qpos_columns, qvel_columns, upsample
 
 
@@ -160,6 +161,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         batch, scene, o = self.batch, self.scene, context.objects
         rows = np.arange(len(context.pick)) if rows is None else rows
         write_models(batch, rows, scene, context, self.config)
+        batch.expand("geom_rgba")[rows, scene.object_geom] = ITEMS.take(o.kind, axis=0, mode="wrap")
         # The grip points of the objects, and the lips and radii of the cups.
         batch.expand("site_pos")[rows, scene.grip_site] = -context.arm
         if self.config.swings:

@@ -252,18 +252,20 @@ def course(table: Rows2[Knot], pick: Floats2, free_at: Floats1, speed: float) ->
     for row in range(len(free_at)):
         last = max(last, free_at[row])
     moments = math.ceil((last + CHECK_AFTER_RELEASE) / CHECK_INTERVAL)
-    way = np.empty((len(free_at), moments, 3))
+    way, hand = np.empty((len(free_at), moments, 3)), np.empty((2, 3))
     for row in range(len(way)):
-        place = 0
+        place, held = 0, -math.inf
         for k in range(moments):
-            held = min(k * CHECK_INTERVAL, free_at[row])
-            place = row_at(table[row], held, place)
+            if held < free_at[row]:  # then the object flies on from where the hand was
+                held = min(k * CHECK_INTERVAL, free_at[row])
+                place = row_at(table[row], held, place)
+                for axis in range(3):
+                    hand[0, axis], hand[1, axis], _ = motion_in(table[row, place], held, axis)
             # Long after the release the object is where it was at the end of the checks.
             time = min(k * CHECK_INTERVAL, free_at[row] + CHECK_AFTER_RELEASE)
             since = time - min(time, free_at[row])
             for axis in range(3):
-                position, velocity, _ = motion_in(table[row, place], held, axis)
-                way[row, k, axis] = position - pick[row, axis] + since * velocity
+                way[row, k, axis] = hand[0, axis] - pick[row, axis] + since * hand[1, axis]
             way[row, k, 2] -= 0.5 * GRAVITY * (since * since)
             way[row, k, 0] -= speed * time
     return way

@@ -175,9 +175,11 @@ class StraightMover(Mover):
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
-        follow = config.motion.follow_through
-        self._belt = config.belt
+        follow, (low, high) = config.motion.follow_through, config.belt.pick_x
         self._clearance = config.motion.clearance
+        # What all hunts have in common.
+        belt = [config.belt.speed, 0.0, 0.0]
+        self._hunt = Hunt.zeros(1, low=low, high=high, belt=belt, clearance=self._clearance)
         self._workspace = workspace
         self._rules = StopRules(follow.window, follow.gravity_share or 0.0, config.motion.reserve)
         self._space = Space.of(workspace)
@@ -235,9 +237,9 @@ class StraightMover(Mover):
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: LimitRows) -> Meeting:
         """The earliest meetings of hands that move from rest to rest, without motions."""
-        (low, high), speed = self._belt.pick_x, self._belt.speed
-        ends = {"hand": motion.stop, "place": place, "belt": [speed, 0.0, 0.0], "clearance": self._clearance}
-        hunts = Hunt.zeros(len(place), low=low, high=high, **ends, **limits._asdict())
+        hunts = take(self._hunt, np.zeros(len(place), dtype=np.int64))
+        hunts["hand"], hunts["place"] = motion.stop, place
+        hunts["velocity"], hunts["acceleration"], hunts["jerk"] = limits
         intercept = Intercept(meet(hunts, 0, HORIZON))
         met = intercept.feasible
         position = np.where(met[:, None], intercept.position, place)
