@@ -155,7 +155,7 @@ def speed(results: Results) -> Figure:
     for (text, rates), marker, colour in zip(kinds.items(), "osd", COLOURS, strict=False):
         axes.plot(rates, places, marker, color=colour, label=text)
     threads = ", ".join(str(count) for count in dict.fromkeys(vector["threads"] for *_, vector in rows))
-    dress(axes, f"throws or decisions per second on {threads} threads", "")
+    dress(axes, f"throws or decisions per second, vectors on {threads} threads", "")
     figure.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
     axes.set_xscale("log")
     axes.set_xlabel(f"{axes.get_xlabel()}, logarithmic")

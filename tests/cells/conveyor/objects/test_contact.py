@@ -89,9 +89,9 @@ def test_the_drawn_restitution_is_that_of_the_engine_and_of_the_bound(monkeypatc
         judged.append(context.objects.restitution)
         return settle(objects, rows, context, *rest)
 
-    def watch(batch, rows, objects, *rest):
+    def watch(batch, motion, rows, objects, *rest):
         judged.append(objects[1].solid["rebound"].copy())
-        return ends(batch, rows, objects, *rest)
+        return ends(batch, motion, rows, objects, *rest)
 
     monkeypatch.setattr(free.FreeObjects, "settle", judge)
     monkeypatch.setattr(free, "settle", watch)
