@@ -94,6 +94,15 @@ def test_results_have_the_form_that_tables_read(
     assert form(json.loads((tmp_path / file).read_text())) == form(expected)
 
 
+@pytest.mark.nightly
+@pytest.mark.parametrize("case", [name for name in perf.CASES if not name.startswith("before/")])
+def test_every_case_is_measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, case: str) -> None:
+    monkeypatch.setattr(planning, "FIRST_PLAN", "print(0.5)")
+    monkeypatch.setattr(shares, "THROWS", 200)
+    perf.main(perf.Arguments(cases=(case,), json=tmp_path / "speeds.json", quick=True, repeats=1, cells=2))
+    assert len(json.loads((tmp_path / "speeds.json").read_text())) > 1
+
+
 def test_a_name_stands_for_all_cases_that_begin_so() -> None:
     assert perf.select_cases([]) == [*perf.CASES]
     assert perf.select_cases(["envs", "planner"]) == ["planner", *(f"envs/{env_id}" for env_id in pnt_gym.ENV_IDS)]

@@ -84,5 +84,4 @@ def grasp(options: Options) -> Iterator[Row]:
     yield Timing(("clean_images_per_s",), partial(draw_images, table, pairs, middles), "1/s", count)
     yield Timing(("images_with_features_per_s",), partial(place_features, scenes.images, scenes.radius), "1/s", count)
     yield from picks_rows(options)
-    columns = (getattr(scenes.surfaces, name) for name in ("count", "com", "body", "zones"))
-    yield Count(("bytes_of_a_surface",), sum(column[0].nbytes for column in columns))
+    yield Count(("bytes_of_a_surface",), sum(rows[0].nbytes for rows in scenes.surfaces))
