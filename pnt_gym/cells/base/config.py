@@ -333,9 +333,8 @@ def _level_file(files: Mapping[str, Path], level: str | Path) -> Path:
     path = Path(level)
     if not path.suffix:
         raise ConfigError(unknown_name("level", text, sorted(files), ", or give a YAML file"))
-    if not os.path.isfile(path):  # False, without an error, for a name that no file can have
-        is_there = os.path.exists(path)
-        raise ConfigError(f"level file {text!r} {'is no regular file' if is_there else 'does not exist'}")
+    if not os.path.exists(path):  # False, without an error, for a name that no file can have
+        raise ConfigError(f"level file {text!r} does not exist")
     return path
 
 

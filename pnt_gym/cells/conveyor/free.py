@@ -65,7 +65,7 @@ class FreeObjects:
             1, floor=floor_height(config), belt=belt.height, min_x=min_x, max_x=max_x, min_y=min_y, max_y=max_y
         )
         self.batch = Batch(self._scene.model, nsim=count, nthread=threads)
-        self._motion = self.batch.bind("qpos"), self.batch.bind("qvel")
+        self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
 
     def fall(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats, steps: Ints) -> Fall:
         """Simulate N objects in the engine, in some of the simulations, from states qpos (N, 7) and qvel (N, 6).
@@ -75,7 +75,7 @@ class FreeObjects:
         """
         self._write(rows, context, qpos, qvel)
         spin, rim = context.objects.inertia / context.objects.mass[:, None], context.target[:, 2]
-        return fall(self.batch, self._motion, rows, spin, steps, rim, self._config.timestep)
+        return fall(self.batch, (self._qpos, self._qvel), rows, spin, steps, rim, self._config.timestep)
 
     def predict_landings(self, context: Context, clock: ThrowClock) -> tuple[Touchdown, Bools]:
         """Landings of N objects after planned releases, and which objects the cup touches again (N,).
@@ -144,7 +144,8 @@ class FreeObjects:
         solid["rebound"], solid["farthest"] = rebounds, farthest_points(context)
         ground = take(self._ground, np.zeros(count, dtype=np.int64))
         vicinity = Vicinity(solid, bins, context.target[:, 2].copy(), ground)
-        return settle(self.batch, self._motion, rows, (flying, vicinity), state, steps, self._config.timestep, write)
+        motion, step = (self._qpos, self._qvel), self._config.timestep
+        return settle(self.batch, motion, rows, (flying, vicinity), state, steps, step, write)
 
     def _write(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats) -> None:
         """Set up some of the simulations with the objects of N picks in states qpos (N, 7) and qvel (N, 6)."""
@@ -152,8 +153,7 @@ class FreeObjects:
         write_models(batch, rows, self._scene, context, self._config)
         batch.set_const(simulation_ids(batch, rows))
         batch.state[rows] = 0.0
-        for field, values in zip(self._motion, (qpos, qvel), strict=True):
-            field[rows] = values
+        self._qpos[rows], self._qvel[rows] = qpos, qvel
 
 
 def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats, threads: int = 1) -> tuple[Floats, Floats, Ints]:
